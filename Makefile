@@ -1,0 +1,46 @@
+# Everything happens in .venv, which is made once, and again whenever setup.py changes.
+PYTHON ?= python3
+SHOT ?= gust
+
+# Where a ROS installation is sourced, its rclpy is on PYTHONPATH (-S hides all other packages)
+# and is used, together with the system's numpy, which it was built for. Everywhere else ROS
+# comes as wheels from PyPI. The stamp tells the two apart: sourcing ROS later makes .venv anew.
+ROS := $(shell $(PYTHON) -S -c 'from importlib.util import find_spec as f; \
+	print("sourced" if f("rclpy") else "wheels")' 2>/dev/null)
+EXTRAS_wheels = ros,record,pictures,test
+EXTRAS_sourced = record,pictures,test
+VENV_sourced = --system-site-packages
+READY = .venv/ready-$(ROS)
+
+help:
+	@echo 'make demo   film config/$(SHOT).yaml into out/demo (another shot: make demo SHOT=name)'
+	@echo 'make test   run all tests'
+	@echo 'make bench  measure frames per second, into out/bench.json'
+	@echo 'make clean  remove .venv, out and all that was built'
+
+# Nothing of a demo or a test leaves this machine.
+demo test bench: export ROS_AUTOMATIC_DISCOVERY_RANGE = LOCALHOST
+
+demo: $(READY)
+	@.venv/bin/python -m flag_sim.nodes.demo $(SHOT)
+
+test: $(READY)
+	@.venv/bin/python -m pytest -rs
+
+bench: $(READY)
+	@.venv/bin/python test/benchmark/pipeline.py
+
+clean:
+	rm -rf .venv out build install log *.egg-info .pytest_cache .hypothesis
+	find . -name __pycache__ -prune -exec rm -rf {} +
+
+$(READY): setup.py
+	@$(PYTHON) -c 'import sys, venv, ensurepip; sys.exit(not (3, 10) <= sys.version_info < (3, 14))' 2>/dev/null \
+	|| { echo 'flag_sim needs Python 3.10 to 3.13 with its venv module (Debian, Ubuntu: apt install' \
+	'python3-venv); "$(PYTHON)" is:' "$$($(PYTHON) --version 2>&1)" >&2; exit 1; }
+	@echo 'Installing flag_sim and what it needs in .venv (ROS: $(ROS)); this takes a minute or two.'
+	@$(PYTHON) -m venv --clear $(VENV_$(ROS)) .venv
+	@.venv/bin/python -m pip install -qq --disable-pip-version-check -e '.[$(EXTRAS_$(ROS))]'
+	@touch '$@'
+
+.PHONY: help demo test bench clean

@@ -1,0 +1,82 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The plate: resistance to bending, linear in the positions.
+
+Springs between nodes two apart would not do: their length changes with the square of the curvature,
+their energy with its fourth power, and no choice of constants makes them one plate at every
+resolution. So the energy is taken from the second differences themselves,
+
+    E = B/2 sum over nodes of (|x_uu|^2 + |x_vv|^2 + 2 |x_uv|^2) dx dy,
+
+u along rows and v down columns (quadratic bending: Bergou, Wardetzky, Harmon, Zorin, Grinspun, A
+Quadratic Bending Model for Inextensible Surfaces, 2006). For a sheet that bends without stretching it
+is the energy of a plate, B/2 (curvature)^2 per area, in whatever direction it is rolled; the mixed
+term sees to that. It is zero in any flat state and does not change when the sheet moves or turns.
+"""
+from flag_sim.kernels import kernel
+import numpy as np
+
+ONE = np.uint64(1)
+
+
+def bend_constants(bend_stiffness, dx, dy):
+    """
+    Return (across, down, twist) constants [N/m] of second differences on cells of dx by dy [m].
+
+    x_uu = (difference) / dx2 and so on; squared, times the cell's area.
+    """
+    return (bend_stiffness * dy / dx**3,
+            bend_stiffness * dx / dy**3,
+            2.0 * bend_stiffness / (dx * dy))
+
+
+@kernel
+def set_moments(position, weights, bend, moments, span):
+    """Fill the constants times second differences [N] of each axis: across, down and twist."""
+    b_across, b_down, b_twist = bend
+    for axis in range(3):
+        _moments_along(position[axis], weights.bend_across, weights.bend_down, weights.cell,
+                       b_across, b_down, b_twist, moments[axis][0], moments[axis][1],
+                       moments[axis][2], span)
+
+
+@kernel
+def add_moments(moments, force, span):
+    """Add the bending force [N]: minus the gradient of E, the same differences of the moments."""
+    for axis in range(3):
+        across, down, twist = moments[axis]
+        _add_along(across, down, twist, force[axis], span)
+
+
+@kernel
+def _moments_along(x, weight_across, weight_down, weight_cell, b_across, b_down, b_twist,
+                   across, down, twist, span):
+    first, last, stride = span
+    for i in range(first, last):
+        e, w, s, n = i + ONE, i - ONE, i + stride, i - stride
+        across[i] = b_across * weight_across[i] * (x[e] - 2.0 * x[i] + x[w])
+        down[i] = b_down * weight_down[i] * (x[s] - 2.0 * x[i] + x[n])
+        twist[i] = b_twist * weight_cell[i] * (x[i] - x[e] - x[s] + x[s + ONE])
+
+
+@kernel
+def _add_along(across, down, twist, f, span):
+    first, last, stride = span
+    for i in range(first, last):
+        e, w, s, n = i + ONE, i - ONE, i + stride, i - stride
+        f[i] -= (across[e] - 2.0 * across[i] + across[w]
+                 + down[s] - 2.0 * down[i] + down[n]
+                 + twist[i] - twist[w] - twist[n] + twist[n - ONE])

@@ -1,0 +1,98 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""All forces on the nodes (1.6): one call for each, and none for those whose coefficient is zero."""
+from typing import NamedTuple
+
+from flag_sim.cloth.bending import add_moments, set_moments
+from flag_sim.cloth.material import Air
+from flag_sim.cloth.springs import add_tensions, damped_tensions, elastic_tensions
+from flag_sim.cloth.wind import add_faces, wind_on_faces
+from flag_sim.kernels import kernel
+import numpy as np
+
+
+class Forcing(NamedTuple):
+    """What acts on the cloth from outside."""
+
+    wind: tuple = (0.0, 0.0, 0.0)  # [m/s]
+    gravity: float = 9.81          # [m/s2], along -z
+    air: Air = Air()
+
+
+class Coefficients(NamedTuple):
+    """The numbers of every force, ready for the kernels."""
+
+    spring_k: tuple     # across, down, diagonal [N/m]
+    spring_c: tuple     # the dashpots of the same [N s/m]
+    spring_rest: tuple  # the lengths at rest of the same [m]
+    bend: tuple         # across, down, twist [N/m]
+    gravity: float      # g [m/s2]
+    drag: float         # rho C_d / 2 [kg/m3]
+    drag_rate: float    # rho C_d / (mass of a face) [1/m3]
+    node_damping: float  # nu [1/s]
+
+
+class Work(NamedTuple):
+    """Flat arrays that the forces are computed in; nothing is kept in them between steps."""
+
+    force: tuple     # x, y, z [N]
+    tensions: tuple  # across, down, rising, falling [N/m]
+    moments: tuple   # across, down, twist [N], for each axis
+    faces: tuple     # x, y, z of half the force on upper, then on lower faces [N]
+
+    @classmethod
+    def of(cls, mesh):
+        """Return the work arrays of a mesh. All zero: ghosts must be, and stay so."""
+        def arrays(count):
+            return tuple(np.zeros((count, mesh.size)))
+
+        return cls(arrays(3), arrays(4), (arrays(3), arrays(3), arrays(3)), arrays(6))
+
+
+@kernel
+def _set_gravity(force, mass, gravity, span):
+    """Set each node's force to gravity (1.1); pinned nodes do not answer to it."""
+    fx, fy, fz = force
+    first, last, _ = span
+    for i in range(first, last):
+        fx[i] = 0.0
+        fy[i] = 0.0
+        fz[i] = -gravity * mass[i]
+
+
+@kernel
+def set_forces(position, velocity, wind, mass, weights, coefficients, work, dt, span):
+    """
+    Set work.force [N] to the sum of all forces on each node but its own damping (1.6).
+
+    dt: the step that the wind is taken implicitly over [s]; zero for its momentary force.
+    """
+    force, tensions, moments, faces = work.force, work.tensions, work.moments, work.faces
+    k, c, rest = coefficients.spring_k, coefficients.spring_c, coefficients.spring_rest
+    bend = coefficients.bend
+    _set_gravity(force, mass, coefficients.gravity, span)
+    if max(c) > 0.0:
+        damped_tensions(position, velocity, weights, k, c, rest, tensions, span)
+    elif max(k) > 0.0:
+        elastic_tensions(position, weights, k, rest, tensions, span)
+    if max(k) > 0.0:
+        add_tensions(position, tensions, force, span)
+    if max(bend) > 0.0:
+        set_moments(position, weights, bend, moments, span)
+        add_moments(moments, force, span)
+    if coefficients.drag > 0.0:
+        wind_on_faces(position, velocity, wind, coefficients.drag, dt * coefficients.drag_rate,
+                      weights, faces, span)
+        add_faces(faces, force, span)

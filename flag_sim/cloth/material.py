@@ -1,0 +1,68 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""What the cloth is made of, and the air around it: the user's physical dials, checked."""
+from dataclasses import dataclass
+
+from flag_sim.cloth import checks
+
+
+@dataclass(frozen=True)
+class Material:
+    """
+    A thin elastic sheet; every value belongs to the material, none to the grid.
+
+    area_density: mass of a square metre [kg/m2], above zero.
+    stiffness: K, tension per width of the threads per strain [N/m] (Hooke, 1.2).
+    shear_stiffness: G = C66 [N/m]. The sheet has C11 = C22 = K + G and C12 = G, and is isotropic
+    where K = 2 G (Poisson's ratio 1/3), as it is by default.
+    bend_stiffness: B, the plate's [N m]. Its natural length (B / (area_density g))^(1/3) is 4 cm by
+    default: about that of a heavy flag cloth. It keeps wrinkles from following the grid alone.
+    damping: ratio of critical damping of one spring between two nodes; acts along springs.
+    node_damping: nu in the force -nu m v on every node [1/s].
+    Raises ValueError for a value outside these meanings.
+    """
+
+    area_density: float = 0.2
+    stiffness: float = 1000.0
+    shear_stiffness: float = 500.0
+    bend_stiffness: float = 1e-4
+    damping: float = 0.1
+    node_damping: float = 0.0
+
+    def __post_init__(self):
+        """Refuse what no material can be."""
+        checks.finite('area_density', self.area_density, low=1e-9, above=0.0)
+        for name in ('stiffness', 'shear_stiffness', 'bend_stiffness', 'damping', 'node_damping'):
+            checks.finite(name, getattr(self, name), low=0.0)
+
+
+@dataclass(frozen=True)
+class Air:
+    """
+    The air that carries the wind.
+
+    density: rho [kg/m3]; dry air at 20 degrees Celsius and sea level has 1.2.
+    drag_coefficient: C_d of a face square to the wind; a square plate has 1.17 (Hoerner,
+    Fluid-Dynamic Drag, 1965, chapter 3).
+    Zero in either switches the wind off. Raises ValueError for a negative or non-finite value.
+    """
+
+    density: float = 1.2
+    drag_coefficient: float = 1.17
+
+    def __post_init__(self):
+        """Refuse what no air can be."""
+        checks.finite('air.density', self.density, low=0.0)
+        checks.finite('air.drag_coefficient', self.drag_coefficient, low=0.0)

@@ -1,0 +1,124 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The grid of nodes: how it lies in memory, and what share of the sheet each node stands for."""
+from typing import NamedTuple
+
+from flag_sim.cloth import checks
+import numpy as np
+
+MAX_NODES = 2**20
+"""A limit on rows x columns, so that a mistyped dial is refused before it fills the memory."""
+
+
+class Weights(NamedTuple):
+    """
+    Shares of springs, cells and curvatures, each a flat array (mesh.size,), zero where none is.
+
+    Springs and curvatures on a border stand for half as much sheet as those inside, hence 1/2.
+    """
+
+    across: np.ndarray       # the spring from a node to the next in its row
+    down: np.ndarray         # the spring from a node to the one below
+    cell: np.ndarray         # the cell whose upper hoist corner is the node
+    bend_across: np.ndarray  # the curvature along the row, centred on the node
+    bend_down: np.ndarray    # the curvature along the column, centred on the node
+
+
+class Mesh:
+    """
+    A rectangle of rows x columns nodes, row 0 the upper edge, column 0 the hoist.
+
+    length, width: of the cloth at rest [m], along the rows and down the columns.
+    pinned: whether the hoist is held; a cloth without pins flies free.
+
+    In memory a field is one flat array. A ghost node follows each row and a row of ghosts lies above
+    and below, so that every node finds its eight neighbours at constant offsets 1, stride - 1,
+    stride and stride + 1 either way. Ghosts have weight and mass zero: they need no special case.
+
+    Raises ValueError for a grid below 2 x 2 or above MAX_NODES, or a size that is not positive.
+    """
+
+    def __init__(self, rows, columns, length, width, pinned=True):
+        self.rows = checks.whole('grid.rows', rows, 2, MAX_NODES)
+        self.columns = checks.whole('grid.columns', columns, 2, MAX_NODES)
+        if self.rows * self.columns > MAX_NODES:
+            raise ValueError(f'grid.rows x grid.columns must be at most {MAX_NODES}, '
+                             f'not {self.rows} x {self.columns}')
+        self.length = checks.finite('flag.length', length, low=1e-3, high=1e4)
+        self.width = checks.finite('flag.width', width, low=1e-3, high=1e4)
+        self.pinned = bool(pinned)
+        self.dx = self.length / (self.columns - 1)
+        self.dy = self.width / (self.rows - 1)
+
+        self.stride = self.columns + 1
+        self.first = self.stride + 1
+        self.last = self.first + self.rows * self.stride - 1
+        self.size = self.last + self.stride + 1
+        # Unsigned: numba then needs no test for negative indices, and loops become vectors.
+        self.span = (np.uint64(self.first), np.uint64(self.last), np.uint64(self.stride))
+
+        row_ones, column_ones = np.ones(self.rows), np.ones(self.columns)
+        row_half, column_half = _ends(row_ones, 0.5, 0.5), _ends(column_ones, 0.5, 0.5)
+        row_next, column_next = _ends(row_ones, 1.0, 0.0), _ends(column_ones, 1.0, 0.0)
+        row_inner, column_inner = _ends(row_ones, 0.0, 0.0), _ends(column_ones, 0.0, 0.0)
+        self.weights = Weights(
+            across=self.pad(np.outer(row_half, column_next)),
+            down=self.pad(np.outer(row_next, column_half)),
+            cell=self.pad(np.outer(row_next, column_next)),
+            bend_across=self.pad(np.outer(row_half, column_inner)),
+            bend_down=self.pad(np.outer(row_inner, column_half)))
+        # A quarter of each cell's mass goes to each of its corners.
+        self.mass_share = self.pad(np.outer(row_half, column_half))
+        self.free = self.pad(np.outer(row_ones, _ends(column_ones, float(not self.pinned), 1.0)))
+
+    def grid(self, flat):
+        """Return the nodes of a flat field (mesh.size,) as a (rows, columns) view without ghosts."""
+        inside = flat[self.first:self.first + self.rows * self.stride]
+        return inside.reshape(self.rows, self.stride)[:, :self.columns]
+
+    def pad(self, grid):
+        """Return a new flat field (mesh.size,) that holds grid (rows, columns), zero at ghosts."""
+        flat = np.zeros(self.size)
+        self.grid(flat)[...] = grid
+        return flat
+
+    def rest(self, hoist_top):
+        """Return the cloth laid flat from hoist_top along +x and down: (rows, columns, 3) [m]."""
+        positions = np.empty((self.rows, self.columns, 3))
+        positions[..., 0] = hoist_top[0] + np.linspace(0.0, self.length, self.columns)
+        positions[..., 1] = hoist_top[1]
+        positions[..., 2] = hoist_top[2] - np.linspace(0.0, self.width, self.rows)[:, None]
+        return positions
+
+
+def _ends(ones, first, last):
+    """Return a copy of ones with its first and last entries replaced."""
+    result = ones.copy()
+    result[0], result[-1] = first, last
+    return result
+
+
+def resample(values, rows, columns):
+    """
+    Carry values (R, C, 3) over to another grid (rows, columns, 3), bilinear over the cloth itself.
+
+    Edges stay edges and corners stay corners, so a running flag does not jump.
+    """
+    for axis, count in enumerate((rows, columns)):
+        at = np.linspace(0.0, values.shape[axis] - 1.0, count)
+        low = np.minimum(at.astype(int), values.shape[axis] - 2)
+        part = (at - low).reshape((-1, 1, 1) if axis == 0 else (1, -1, 1))
+        values = (1.0 - part) * values.take(low, axis) + part * values.take(low + 1, axis)
+    return values

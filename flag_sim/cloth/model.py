@@ -1,0 +1,56 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""What is constant while the cloth moves: the mesh and the material, and what follows from both."""
+import math
+
+from flag_sim.cloth.bending import bend_constants
+from flag_sim.cloth.forces import Coefficients
+from flag_sim.cloth.springs import dashpot_constants, spring_constants
+
+
+class Model:
+    """
+    A material on a mesh.
+
+    stiffness_factor, damping_factor: by how much springs and bending, and by how much dashpots, are
+    lowered below the material's, so that the steps that are granted carry them.
+
+    mass: of each node [kg], flat (mesh.size,), zero at ghosts. inverse_mass: 1 / mass, and zero
+    where a node does not move: pins and ghosts.
+    """
+
+    def __init__(self, mesh, material, stiffness_factor=1.0, damping_factor=1.0):
+        self.mesh = mesh
+        self.material = material
+        self.cell_mass = material.area_density * mesh.dx * mesh.dy
+        self.mass = self.cell_mass * mesh.mass_share
+        self.inverse_mass = mesh.pad(
+            mesh.grid(mesh.free) / (self.cell_mass * mesh.grid(mesh.mass_share)))
+
+        spring_k = spring_constants(
+            material.stiffness, material.shear_stiffness, mesh.dx, mesh.dy)
+        spring_c = dashpot_constants(spring_k, material.damping, self.cell_mass)
+        bend = bend_constants(material.bend_stiffness, mesh.dx, mesh.dy)
+        self.spring_k = tuple(stiffness_factor * k for k in spring_k)
+        self.spring_c = tuple(damping_factor * c for c in spring_c)
+        self.spring_rest = (mesh.dx, mesh.dy, math.hypot(mesh.dx, mesh.dy))
+        self.bend = tuple(stiffness_factor * b for b in bend)
+
+    def coefficients(self, forcing):
+        """Return the numbers that the kernels need under the given forcing."""
+        drag = 0.5 * forcing.air.density * forcing.air.drag_coefficient
+        return Coefficients(
+            self.spring_k, self.spring_c, self.spring_rest, self.bend, forcing.gravity, drag,
+            2.0 * drag / (0.5 * self.cell_mass), self.material.node_damping)

@@ -1,0 +1,218 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The cloth as its users meet it: dials on the outside, a state inside, frame by frame."""
+from flag_sim.cloth import checks
+from flag_sim.cloth.forces import Forcing
+from flag_sim.cloth.material import Air, Material
+from flag_sim.cloth.mesh import Mesh, resample
+from flag_sim.cloth.model import Model
+from flag_sim.cloth.normals import node_normals
+from flag_sim.cloth.solvers import SOLVERS
+from flag_sim.cloth.stability import damping_bound, frequency_bound, plan, Plan, Stepping
+from flag_sim.cloth.state import State
+from flag_sim.kernels import kernel
+
+MAX_DISTANCE = 1e9
+"""Greatest coordinate [m]: beyond, float64 no longer tells a tenth of a micrometre from nothing."""
+MAX_SPEED = 1e7
+"""Greatest speed along an axis [m/s]: a free fall of eleven days."""
+
+
+class Diverged(RuntimeError):
+    """A frame left the bounds of a sane state; the cloth still holds the frame before."""
+
+
+class Cloth:
+    """
+    A flag that hangs from its hoist and moves in the wind.
+
+    rows, columns: of its grid. length, width: at rest [m]. hoist_top: where its upper hoist corner
+    is held, (x, y, z) [m]. pinned: whether the hoist is held at all.
+
+    material, air, gravity, stepping and solver may be changed between frames by assignment; regrid
+    keeps the motion too; hang and reset start anew. Everything raises ValueError for a value that
+    it cannot take, and then leaves the cloth as it was. Whatever is set, the state stays finite.
+    """
+
+    def __init__(self, rows=21, columns=31, length=2.25, width=1.5, hoist_top=(0.05, 0.0, 8.9), *,
+                 pinned=True, material=None, air=None, gravity=9.81, stepping=None,
+                 solver='symplectic'):
+        self._hoist_top = checks.vector('hoist_top', hoist_top)
+        self._material = material or Material()
+        self.air = air or Air()
+        self.gravity = gravity
+        self._stepping = stepping or Stepping()
+        self._solver_name = _known_solver(solver)
+        self._put_on(Mesh(rows, columns, length, width, pinned))
+        self.reset()
+
+    @property
+    def mesh(self):
+        """The grid; see regrid and hang."""
+        return self._mesh
+
+    @property
+    def hoist_top(self):
+        """Where the upper hoist corner is held: (x, y, z) [m]."""
+        return self._hoist_top
+
+    @property
+    def material(self):
+        """What the cloth is made of."""
+        return self._material
+
+    @material.setter
+    def material(self, material):
+        self._material = material
+        self._remodel()
+
+    @property
+    def gravity(self):
+        """Acceleration g along -z [m/s2]."""
+        return self._gravity
+
+    @gravity.setter
+    def gravity(self, gravity):
+        self._gravity = checks.finite('gravity', gravity, -1e4, 1e4)
+
+    @property
+    def stepping(self):
+        """How frames are divided into steps."""
+        return self._stepping
+
+    @stepping.setter
+    def stepping(self, stepping):
+        self._stepping = stepping
+        self._plan_key = None
+
+    @property
+    def solver(self):
+        """The method's name, one of SOLVERS."""
+        return self._solver_name
+
+    @solver.setter
+    def solver(self, name):
+        self._solver_name = _known_solver(name)
+        self._remodel()
+
+    @property
+    def positions(self):
+        """A copy of the nodes' positions: (rows, columns, 3) float64 [m]."""
+        return self._state.positions()
+
+    @property
+    def velocities(self):
+        """A copy of the nodes' velocities: (rows, columns, 3) float64 [m/s]."""
+        return self._state.velocities()
+
+    def normals(self):
+        """Return the nodes' unit normals: (rows, columns, 3)."""
+        return node_normals(self.positions)
+
+    def reset(self):
+        """Lay the cloth flat along +x from the hoist, at rest."""
+        self._state.place(self._mesh.rest(self._hoist_top))
+
+    def place(self, positions, velocities=None):
+        """Put all nodes, pins too, at positions and velocities (rows, columns, 3) [m], [m/s]."""
+        self._state.place(positions, velocities)
+
+    def hang(self, hoist_top, length, width):
+        """Change the flag's size [m] and where it is held, (x, y, z) [m]; it starts at rest."""
+        hoist_top = checks.vector('hoist_top', hoist_top)
+        mesh = Mesh(self._mesh.rows, self._mesh.columns, length, width, self._mesh.pinned)
+        self._hoist_top = hoist_top
+        self._put_on(mesh)
+        self.reset()
+
+    def regrid(self, rows, columns):
+        """Change the grid while the motion goes on; new nodes take their place among the old."""
+        old = self._mesh
+        mesh = Mesh(rows, columns, old.length, old.width, old.pinned)
+        positions = resample(self.positions, mesh.rows, mesh.columns)
+        velocities = resample(self.velocities, mesh.rows, mesh.columns)
+        self._put_on(mesh)
+        self.place(positions, velocities)
+
+    def advance(self, dt, wind=(0.0, 0.0, 0.0)):
+        """
+        Move the cloth on by a frame of dt [s] in a steady wind (x, y, z) [m/s]; return its Plan.
+
+        Raises Diverged if the frame went out of bounds: the cloth then still stands at its start.
+        """
+        dt = checks.finite('dt', dt, high=1e3, above=0.0)
+        forcing = Forcing(checks.vector('wind', wind), self._gravity, self.air)
+        steps = self._planned(dt, forcing)
+        self._last_good[...] = self._state.data
+        state = self._solver.advance(
+            self._state, self._spare, forcing, dt / steps.granted, steps.granted)
+        if state is not self._state:
+            self._state, self._spare = self._spare, self._state
+        self._hold_if_broken()
+        return steps
+
+    def _planned(self, dt, forcing):
+        """Return the Plan for a frame, and make the solver that carries it out."""
+        drag = forcing.air.density * forcing.air.drag_coefficient > 0.0
+        if self._plan_key != (dt, drag):
+            full = Model(self._mesh, self._material)
+            kind = SOLVERS[self._solver_name]
+            self._plan = plan(dt, frequency_bound(full), damping_bound(full),
+                              lambda omega, gamma: kind.largest_step(omega, gamma, drag),
+                              self._stepping)
+            model = Model(self._mesh, self._material, self._plan.stiffness_factor,
+                          self._plan.damping_factor)
+            self._solver = kind(model)
+            self._plan_key = (dt, drag)
+        return self._plan
+
+    def _hold_if_broken(self):
+        """Go back to the frame's start and raise if the state is out of bounds."""
+        first, last, _ = self._mesh.span
+        for values, limit, what in ((self._state.data[:3], MAX_DISTANCE, 'position'),
+                                    (self._state.data[3:], MAX_SPEED, 'velocity')):
+            if not _within(values.reshape(-1), limit):
+                self._state.data[...] = self._last_good
+                raise Diverged(f'a {what} is not finite or beyond {limit:g}; the cloth is held '
+                               'where the frame began')
+
+    def _put_on(self, mesh):
+        """Take a mesh, with room for its state, two states for the steps and one to fall back on."""
+        self._mesh = mesh
+        self._state = State(mesh)
+        self._spare = State(mesh)
+        self._last_good = self._state.data.copy()
+        self._remodel()
+
+    def _remodel(self):
+        """Let the next frame plan anew."""
+        self._plan_key = None
+
+
+def _known_solver(name):
+    """Return the name; raises ValueError unless there is such a solver."""
+    if name not in SOLVERS:
+        raise ValueError(f'solver must be one of {sorted(SOLVERS)}, not {name!r}')
+    return name
+
+
+@kernel
+def _within(values, limit):
+    """Tell whether all values of a flat array are finite and at most limit in size."""
+    largest = 0.0
+    for i in range(values.size):
+        # Zero for a number within the limit; a NaN compares false and counts as well.
+        largest += 0.0 if abs(values[i]) <= limit else 1.0
+    return largest == 0.0

@@ -1,0 +1,28 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The methods that carry the cloth from one moment to the next, one file each.
+
+A solver is made for a model, and has
+
+    order                                   of its error in the step
+    largest_step(omega, gamma, drag) -> s   that is stable for these bounds
+    step(state_in, state_out, forcing, dt)  one step; only the caller advances time
+    advance(state, spare, forcing, dt, count) -> state   many steps in one compiled call
+"""
+from flag_sim.cloth.solvers.symplectic import Symplectic
+
+SOLVERS = {'symplectic': Symplectic}
+"""Every method by the name that users choose it by."""

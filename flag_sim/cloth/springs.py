@@ -1,0 +1,145 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The membrane: springs along rows, columns and both diagonals, each with a dashpot (1.2).
+
+A spring's force is written as tension times the vector between its ends, tension in N/m. One pass
+finds the tension of the four springs that begin at a node, a second sums the eight that meet in
+it: each root is taken once, and opposite forces are equal to the last bit.
+"""
+import math
+
+from flag_sim.kernels import kernel
+import numpy as np
+
+ONE = np.uint64(1)
+TINY = 1e-30
+"""Squared length [m2] below which a spring pulls no more, so that 0 / 0 gives zero, not NaN."""
+
+
+def spring_constants(stiffness, shear_stiffness, dx, dy):
+    """
+    Return (across, down, diagonal) spring constants [N/m] of a sheet on cells of dx by dy [m].
+
+    Stretch a cell uniformly and compare its energy with the sheet's: diagonals of
+    k_d = G (dx2 + dy2) / (2 dx dy) give C12 = C66 = G at any aspect, and add G dx2/dy2 to C11 and
+    G dy2/dx2 to C22. The springs along the threads make that up to C11 = C22 = K + G. They cannot
+    be negative: beyond (dx/dy)2 = 1 + K/G, or its inverse, the sheet is too stiff along the cell's
+    long side, C11 = G dx2/dy2. With K = 2 G cells may be 1.7 times as long as wide.
+    """
+    aspect = dx / dy
+    across = max(stiffness + shear_stiffness * (1.0 - aspect**2), 0.0) / aspect
+    down = max(stiffness + shear_stiffness * (1.0 - aspect**-2), 0.0) * aspect
+    diagonal = 0.5 * shear_stiffness * (aspect + 1.0 / aspect)
+    return across, down, diagonal
+
+
+def dashpot_constants(spring_k, damping, mass):
+    """
+    Return the dashpots [N s/m] that damp each spring, between two nodes of mass [kg], by a ratio.
+
+    Two nodes on a spring move against each other with the reduced mass m/2, so the critical
+    dashpot is 2 sqrt(k m / 2). On the borders k and m are both halved, and so is the dashpot.
+    """
+    return tuple(2.0 * damping * math.sqrt(0.5 * k * mass) for k in spring_k)
+
+
+@kernel
+def _elastic(ex, ey, ez, k, rest):
+    """Return the tension of a spring along e: k x / l (Hooke, 1.2)."""
+    return k - k * rest / math.sqrt(max(ex * ex + ey * ey + ez * ez, TINY))
+
+
+@kernel
+def _damped(ex, ey, ez, ux, uy, uz, k, c, rest):
+    """Return the tension of spring and dashpot along e, whose ends part at the velocity u."""
+    inverse = 1.0 / math.sqrt(max(ex * ex + ey * ey + ez * ez, TINY))
+    return k - k * rest * inverse + c * (ex * ux + ey * uy + ez * uz) * inverse * inverse
+
+
+@kernel
+def elastic_tensions(position, weights, spring_k, spring_rest, tensions, span):
+    """Fill the tensions [N/m] of the springs that begin at each node, without dashpots."""
+    x, y, z = position
+    across, down, rising, falling = tensions
+    k_across, k_down, k_diagonal = spring_k
+    l_across, l_down, l_diagonal = spring_rest
+    first, last, stride = span
+    for i in range(first, last):
+        e, s, d = i + ONE, i + stride, i + stride + ONE
+        across[i] = weights.across[i] * _elastic(
+            x[e] - x[i], y[e] - y[i], z[e] - z[i], k_across, l_across)
+        down[i] = weights.down[i] * _elastic(
+            x[s] - x[i], y[s] - y[i], z[s] - z[i], k_down, l_down)
+        falling[i] = weights.cell[i] * _elastic(
+            x[d] - x[i], y[d] - y[i], z[d] - z[i], k_diagonal, l_diagonal)
+        rising[i] = weights.cell[i] * _elastic(
+            x[e] - x[s], y[e] - y[s], z[e] - z[s], k_diagonal, l_diagonal)
+
+
+@kernel
+def damped_tensions(position, velocity, weights, spring_k, spring_c, spring_rest, tensions, span):
+    """
+    Fill the tensions [N/m] of the springs that begin at each node, with their dashpots.
+
+    The friction of the method's step (2.1): proportional to the relative velocity of the ends, and
+    along the spring, so that it takes nothing from a cloth that moves or turns as a whole.
+    """
+    x, y, z = position
+    vx, vy, vz = velocity
+    across, down, rising, falling = tensions
+    k_across, k_down, k_diagonal = spring_k
+    c_across, c_down, c_diagonal = spring_c
+    l_across, l_down, l_diagonal = spring_rest
+    first, last, stride = span
+    for i in range(first, last):
+        e, s, d = i + ONE, i + stride, i + stride + ONE
+        across[i] = weights.across[i] * _damped(
+            x[e] - x[i], y[e] - y[i], z[e] - z[i],
+            vx[e] - vx[i], vy[e] - vy[i], vz[e] - vz[i], k_across, c_across, l_across)
+        down[i] = weights.down[i] * _damped(
+            x[s] - x[i], y[s] - y[i], z[s] - z[i],
+            vx[s] - vx[i], vy[s] - vy[i], vz[s] - vz[i], k_down, c_down, l_down)
+        falling[i] = weights.cell[i] * _damped(
+            x[d] - x[i], y[d] - y[i], z[d] - z[i],
+            vx[d] - vx[i], vy[d] - vy[i], vz[d] - vz[i], k_diagonal, c_diagonal, l_diagonal)
+        rising[i] = weights.cell[i] * _damped(
+            x[e] - x[s], y[e] - y[s], z[e] - z[s],
+            vx[e] - vx[s], vy[e] - vy[s], vz[e] - vz[s], k_diagonal, c_diagonal, l_diagonal)
+
+
+@kernel
+def add_tensions(position, tensions, force, span):
+    """Add to each node's force [N] the pull of the eight springs that meet in it."""
+    x, y, z = position
+    fx, fy, fz = force
+    across, down, rising, falling = tensions
+    first, last, stride = span
+    for i in range(first, last):
+        e, w, s, n = i + ONE, i - ONE, i + stride, i - stride
+        se, nw, sw, ne = s + ONE, n - ONE, s - ONE, n + ONE
+        # A diagonal belongs to the cell of its upper hoist corner: falling from that corner,
+        # rising to the corner after it.
+        te, tw, ts, tn = across[i], across[w], down[i], down[n]
+        tse, tnw, tsw, tne = falling[i], falling[nw], rising[w], rising[n]
+        fx[i] += (te * (x[e] - x[i]) + tw * (x[w] - x[i]) + ts * (x[s] - x[i]) + tn * (x[n] - x[i])
+                  + tse * (x[se] - x[i]) + tnw * (x[nw] - x[i])
+                  + tsw * (x[sw] - x[i]) + tne * (x[ne] - x[i]))
+        fy[i] += (te * (y[e] - y[i]) + tw * (y[w] - y[i]) + ts * (y[s] - y[i]) + tn * (y[n] - y[i])
+                  + tse * (y[se] - y[i]) + tnw * (y[nw] - y[i])
+                  + tsw * (y[sw] - y[i]) + tne * (y[ne] - y[i]))
+        fz[i] += (te * (z[e] - z[i]) + tw * (z[w] - z[i]) + ts * (z[s] - z[i]) + tn * (z[n] - z[i])
+                  + tse * (z[se] - z[i]) + tnw * (z[nw] - z[i])
+                  + tsw * (z[sw] - z[i]) + tne * (z[ne] - z[i]))

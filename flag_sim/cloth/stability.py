@@ -1,0 +1,121 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+How many steps a frame needs so that the cloth cannot diverge, and what to give up if it may not.
+
+The largest frequency of the mesh has a bound that no state exceeds. A spring's Hessian is at most k
+along every axis, whatever its direction and stretch, so the mesh is never stiffer than the scalar
+lattice of the same springs. On the infinite grid a wave with p = 1 - cos(theta_x) and
+q = 1 - cos(theta_y), each from 0 to 2, has
+
+    m omega^2 = 2 k_x p + 2 k_y q + 4 k_d (p + q - p q) + 4 b_x p^2 + 4 b_y q^2 + 4 b_xy p q,
+
+which is convex in p and in q and so greatest in a corner, where p and q are 0 or 2. Borders add
+nothing: their half weights go with half masses, so that the same waves, standing, are the modes of
+the bounded grid; pins only take modes away. (Irons and Treharne, A Bound Theorem in
+Eigenvalues, 1971, is the argument for elements.)
+"""
+from dataclasses import dataclass
+import math
+from typing import NamedTuple
+
+from flag_sim.cloth import checks
+
+
+@dataclass(frozen=True)
+class Stepping:
+    """
+    How a frame is divided into steps.
+
+    substeps: steps per frame; 0 leaves it to stability. Fewer than are stable are refined.
+    step_safety: the part of the largest stable step that is used, above 0 and at most 1.
+    substeps_limit: the most steps that a frame may cost; beyond it the cloth is softened.
+    Raises ValueError for values outside these meanings.
+    """
+
+    substeps: int = 0
+    step_safety: float = 0.9
+    substeps_limit: int = 1000
+
+    def __post_init__(self):
+        """Refuse what is no division of a frame."""
+        checks.whole('substeps', self.substeps, 0, 10**6)
+        checks.finite('step_safety', self.step_safety, low=1e-3, high=1.0)
+        checks.whole('substeps_limit', self.substeps_limit, 1, 10**6)
+
+
+class Plan(NamedTuple):
+    """The steps of a frame; factors below 1 tell by how much the cloth had to be softened."""
+
+    demanded: int            # steps that the material needs to be stable
+    granted: int             # steps that are taken
+    stiffness_factor: float  # of springs and bending
+    damping_factor: float    # of the springs' dashpots
+
+
+def frequency_bound(model):
+    """Return an upper bound of the mesh's largest angular frequency [rad/s], in every state."""
+    return math.sqrt(_largest_wave(model.spring_k, model.bend) / model.cell_mass)
+
+
+def damping_bound(model):
+    """Return an upper bound of the rate at which the dashpots slow a node down [1/s]."""
+    return _largest_wave(model.spring_c, (0.0, 0.0, 0.0)) / model.cell_mass
+
+
+def _largest_wave(spring, bend):
+    """Return the greatest m omega^2 of the module's formula, for springs or for dashpots."""
+    across, down, diagonal = spring
+    bend_across, bend_down, twist = bend
+    return max(4.0 * across + 8.0 * diagonal + 16.0 * bend_across,
+               4.0 * down + 8.0 * diagonal + 16.0 * bend_down,
+               4.0 * (across + down) + 16.0 * (bend_across + bend_down + twist))
+
+
+def plan(dt, omega, gamma, largest_step, stepping):
+    """
+    Divide a frame of dt [s] into steps.
+
+    omega, gamma: the bounds above. largest_step(omega, gamma): the solver's largest stable step [s].
+
+    Over budget, the cloth is softened to what the granted steps carry. First its damping beyond the
+    critical, 2 omega, is given up, since what is overdamped already creeps; then stiffness, and
+    damping with its root, which keeps the damping ratio: largest_step has the dimension of time,
+    so lowering omega and gamma by a factor lengthens it by the same.
+    """
+    demanded = _count(dt / (stepping.step_safety * largest_step(omega, gamma)))
+    granted = min(max(demanded, stepping.substeps), stepping.substeps_limit)
+    if granted >= demanded:
+        return Plan(demanded, granted, 1.0, 1.0)
+    needed = dt / (granted * stepping.step_safety)
+    kept = min(gamma, 2.0 * omega)
+    if largest_step(omega, kept) >= needed:
+        kept = _bisect(lambda rate: largest_step(omega, rate) >= needed, kept, gamma)
+        return Plan(demanded, granted, 1.0, kept / gamma)
+    factor = largest_step(omega, kept) / needed
+    return Plan(demanded, granted, factor**2, factor * kept / gamma if gamma else 1.0)
+
+
+def _count(ratio):
+    """Return the steps for a ratio of times: whole, at least one, forgiving the last bits."""
+    return max(1, math.ceil(ratio * (1.0 - 1e-12)))
+
+
+def _bisect(holds, low, high):
+    """Return the greatest value known to hold, between low, which does, and high."""
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if holds(middle) else (low, middle)
+    return low

@@ -1,0 +1,56 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""What changes from step to step: where the nodes are and how fast they move."""
+from flag_sim.cloth import checks
+import numpy as np
+
+
+class State:
+    """
+    Positions [m] and velocities [m/s] of a mesh's nodes, as a structure of arrays.
+
+    position, velocity: tuples of three flat arrays (mesh.size,), for x, y and z.
+    """
+
+    def __init__(self, mesh):
+        self.mesh = mesh
+        self.data = np.zeros((6, mesh.size))
+        self.position = tuple(self.data[:3])
+        self.velocity = tuple(self.data[3:])
+
+    def place(self, positions, velocities=None):
+        """
+        Put the nodes at positions (rows, columns, 3) [m], with velocities or at rest.
+
+        Pinned nodes get their positions too, and stand still. Raises ValueError for a wrong shape
+        and for numbers that are not finite.
+        """
+        mesh = self.mesh
+        shape = (mesh.rows, mesh.columns, 3)
+        positions = checks.array('positions', positions, shape)
+        velocities = np.zeros(shape) if velocities is None else velocities
+        velocities = checks.array('velocities', velocities, shape)
+        for axis in range(3):
+            mesh.grid(self.position[axis])[...] = positions[..., axis]
+            mesh.grid(self.velocity[axis])[...] = velocities[..., axis]
+            self.velocity[axis][...] *= mesh.free
+
+    def positions(self):
+        """Return a copy of the nodes' positions: (rows, columns, 3) [m]."""
+        return np.stack([self.mesh.grid(axis) for axis in self.position], axis=-1)
+
+    def velocities(self):
+        """Return a copy of the nodes' velocities: (rows, columns, 3) [m/s]."""
+        return np.stack([self.mesh.grid(axis) for axis in self.velocity], axis=-1)

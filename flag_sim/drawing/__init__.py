@@ -1,0 +1,28 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The picture: scene, camera, light and the rasterizer.
+
+In a few lines, with vertices (rows, columns, 3) [m] from anywhere:
+
+>>> from flag_sim.drawing import Camera, Light, Picture
+>>> rgb = Picture().draw(vertices, camera=Camera(width=1280, height=720), light=Light())
+"""
+from flag_sim.drawing.camera import Camera
+from flag_sim.drawing.light import Light, Material
+from flag_sim.drawing.picture import Materials, Picture, Style
+from flag_sim.drawing.scene import Scene
+
+__all__ = ['Camera', 'Light', 'Material', 'Materials', 'Picture', 'Scene', 'Style']

@@ -1,0 +1,141 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""An ideal camera: where it stands, what it sees, and the matrices that say so to others."""
+import dataclasses
+import functools
+import math
+
+from flag_sim.drawing import checks, transforms
+
+import numpy as np
+
+PROJECTIONS = ('perspective', 'orthographic')
+# The rasterizer's exactness is proved for vertices within 2^15 pixels of the origin.
+LARGEST_SIDE = 16384
+
+
+@dataclasses.dataclass(frozen=True)
+class Camera:
+    """
+    A camera that circles its target at a distance.
+
+    It stands at target + distance (cos el cos az, cos el sin az, sin el) and looks at the target.
+    Its optical frame is that of REP 103: x right, y down, z forward. "Right" is the horizontal
+    (-sin az, cos az, 0), so that straight up and straight down are views like any other, and so
+    is distance 0. Roll turns the camera right-handed about its forward axis: the picture turns
+    the other way. Pixel (u, v) has its CENTRE at integer (u, v), as in CameraInfo.
+
+    width, height: [pixel]; projection: one of PROJECTIONS; vertical_fov: [rad], perspective only;
+    scale: [m] of world that fill the height, orthographic only; target: (3,) [m]; distance [m];
+    azimuth, elevation, roll: [rad]; near: [m], nothing nearer along the optical axis is drawn.
+
+    Raises ValueError for a value out of its range. Frozen: use dataclasses.replace for another.
+    """
+
+    width: int = 640
+    height: int = 480
+    projection: str = 'perspective'
+    vertical_fov: float = 0.5
+    scale: float = 3.0
+    target: tuple = (1.05, 0.0, 8.05)
+    distance: float = 5.5
+    azimuth: float = -math.pi / 2.0
+    elevation: float = -0.1
+    roll: float = 0.0
+    near: float = 0.05
+
+    def __post_init__(self):
+        """Refuse what no camera can be; keep plain numbers, so that cameras compare by value."""
+        keep = functools.partial(object.__setattr__, self)
+        for name in ('width', 'height'):
+            side = getattr(self, name)
+            checks.require(side in range(1, LARGEST_SIDE + 1), name,
+                           f'a whole number from 1 to {LARGEST_SIDE}', side)
+            keep(name, int(side))
+        checks.one_of('projection', self.projection, PROJECTIONS)
+        for name in ('vertical_fov', 'scale', 'near'):
+            keep(name, checks.positive(name, getattr(self, name)))
+        checks.require(self.vertical_fov < math.pi, 'vertical_fov', 'below pi', self.vertical_fov)
+        keep('distance', checks.not_negative('distance', self.distance))
+        for name in ('azimuth', 'elevation', 'roll'):
+            keep(name, checks.finite(name, getattr(self, name)))
+        keep('target', checks.vector('target', self.target))
+
+    @property
+    def is_perspective(self):
+        """Whether distant things look smaller."""
+        return self.projection == 'perspective'
+
+    @functools.cached_property
+    def position(self):
+        """Where the camera stands: (3,) [m]."""
+        return np.array(self.target) - self.distance * self._axes[2]
+
+    @functools.cached_property
+    def pose(self):
+        """World to optical frame: (4, 4)."""
+        matrix = np.eye(4)
+        matrix[:3, :3] = self._axes
+        return matrix @ transforms.shift(-self.position)
+
+    @functools.cached_property
+    def pose_inverse(self):
+        """Optical frame to world: (4, 4)."""
+        matrix = np.eye(4)
+        matrix[:3, :3] = self._axes.T
+        return transforms.shift(self.position) @ matrix
+
+    @property
+    def focal(self):
+        """Perspective: the focal length [pixel]; orthographic: the scale [pixel/m]."""
+        if self.is_perspective:
+            return 0.5 * self.height / math.tan(0.5 * self.vertical_fov)
+        return self.height / self.scale
+
+    @property
+    def centre(self):
+        """Where the optical axis meets the image: (u, v) [pixel]."""
+        return 0.5 * self.width - 0.5, 0.5 * self.height - 0.5
+
+    @functools.cached_property
+    def K(self):
+        """
+        Give the intrinsic matrix (3, 3) of CameraInfo: (u, v, 1) z = K (x, y, z).
+
+        All zero, CameraInfo's way to say "no pinhole", where the projection is orthographic.
+        """
+        return self.P[:, :3] if self.is_perspective else np.zeros((3, 3))
+
+    @functools.cached_property
+    def P(self):
+        """Give the projection matrix (3, 4) of CameraInfo: (u, v, 1) w = P (x, y, z, 1)."""
+        focal, (cu, cv) = self.focal, self.centre
+        if self.is_perspective:
+            return np.array([[focal, 0.0, cu, 0.0], [0.0, focal, cv, 0.0], [0.0, 0.0, 1.0, 0.0]])
+        return np.array([[focal, 0.0, 0.0, cu], [0.0, focal, 0.0, cv], [0.0, 0.0, 0.0, 1.0]])
+
+    def pixels_per_metre(self, distance):
+        """Say how long [pixel] one metre across the view is at `distance` [m] from the camera."""
+        return self.focal / max(distance, self.near) if self.is_perspective else self.focal
+
+    @functools.cached_property
+    def _axes(self):
+        """Right, down and forward in the world, one a row: (3, 3)."""
+        cos_az, sin_az = math.cos(self.azimuth), math.sin(self.azimuth)
+        cos_el, sin_el = math.cos(self.elevation), math.sin(self.elevation)
+        level = np.array([[-sin_az, cos_az, 0.0],
+                          [sin_el * cos_az, sin_el * sin_az, -cos_el],
+                          [-cos_el * cos_az, -cos_el * sin_az, -sin_el]])
+        return transforms.turn_z(-self.roll)[:3, :3] @ level

@@ -1,0 +1,92 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Cutting triangles to what the rasterizer can draw (Sutherland and Hodgman, 1974).
+
+All is done on points (X, Y, z) of the optical frame with X and Y in pixels at depth 1: a
+perspective image has u = X / z, an orthographic one u = X, both without the principal point.
+"""
+from flag_sim.kernels import kernel
+
+# Half the width of the band around the principal point that triangles are cut to [pixel]. With
+# a principal point below 2^13 all coordinates stay below 2^15, where edges are exact.
+GUARD = 2.0 ** 14
+# Beyond this [m or pixel] a vertex is nowhere, like one that is not finite.
+REACH = 1e15
+# A triangle cut by five planes has at most eight corners.
+MOST_CORNERS = 8
+PLANES = 5
+
+INSIDE, OUTSIDE, NOWHERE = 0, 1, 2
+
+
+@kernel
+def whereabouts(x, y, z, near, is_perspective):
+    """Say whether a point is INSIDE all planes, OUTSIDE of one, or NOWHERE."""
+    if not (abs(x) < REACH and abs(y) < REACH and abs(z) < REACH):
+        return NOWHERE
+    reach = GUARD * z if is_perspective else GUARD
+    if z >= near and abs(x) <= reach and abs(y) <= reach:
+        return INSIDE
+    return OUTSIDE
+
+
+@kernel
+def clip(corners, near, is_perspective):
+    """
+    Cut the triangle in corners[0, :3] to the inside of all planes; return its number of corners.
+
+    corners: (2, MOST_CORNERS + 1, 6): X, Y, z, red, green, blue. The planes take the polygon to
+    and fro between the two halves; it ends in corners[1].
+    """
+    count = 3
+    for plane in range(PLANES):
+        source, target = plane % 2, 1 - plane % 2
+        kept = 0
+        for k in range(count):
+            k_next = k + 1 if k + 1 < count else 0
+            here = _inward(corners, source, k, plane, near, is_perspective)
+            there = _inward(corners, source, k_next, plane, near, is_perspective)
+            if here >= 0.0:
+                for c in range(6):
+                    corners[target, kept, c] = corners[source, k, c]
+                kept += 1
+            if (here >= 0.0) != (there >= 0.0):
+                # Always from the inside out: both triangles of an edge get the same point.
+                inner, outer = (k, k_next) if here >= 0.0 else (k_next, k)
+                step = abs(here) if here >= 0.0 else abs(there)
+                step /= abs(here) + abs(there)
+                for c in range(6):
+                    inside = corners[source, inner, c]
+                    corners[target, kept, c] = \
+                        inside + step * (corners[source, outer, c] - inside)
+                kept += 1
+        count = kept
+    return count
+
+
+@kernel
+def _inward(corners, half, k, plane, near, is_perspective):
+    """Say how far inside of a plane a corner is; negative outside."""
+    if plane == 0:
+        return corners[half, k, 2] - near
+    reach = GUARD * corners[half, k, 2] if is_perspective else GUARD
+    if plane == 1:
+        return reach + corners[half, k, 0]
+    if plane == 2:
+        return reach - corners[half, k, 0]
+    if plane == 3:
+        return reach + corners[half, k, 1]
+    return reach - corners[half, k, 1]

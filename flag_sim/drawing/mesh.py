@@ -1,0 +1,95 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Triangle meshes and their normals."""
+import dataclasses
+
+from flag_sim.kernels import kernel
+
+import numpy as np
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Mesh:
+    """
+    A surface of triangles.
+
+    vertices: (n, 3) float64 [m]; triangles: (m, 3) int32, counterclockwise seen from the front;
+    normals: (n, 3) float64 at the vertices, out of the front, of any length; two_sided: the back
+    is seen too (cloth); otherwise triangles that show their back are not drawn (closed bodies).
+    """
+
+    vertices: np.ndarray
+    triangles: np.ndarray
+    normals: np.ndarray
+    two_sided: bool = False
+
+
+def grid_triangles(rows, columns):
+    """
+    Cut the cells of a grid of rows x columns nodes in two: (2 (rows - 1) (columns - 1), 3) int32.
+
+    Cell (i, j) becomes (i, j), (i, j+1), (i+1, j) and (i+1, j+1), (i+1, j), (i, j+1); node (i, j)
+    has the number i columns + j. Raises ValueError for fewer than two rows or columns.
+    """
+    if rows < 2 or columns < 2:
+        raise ValueError(f'a grid must have at least 2 x 2 nodes, not {rows} x {columns}')
+    corner = np.arange(rows * columns, dtype=np.int32).reshape(rows, columns)
+    here, right = corner[:-1, :-1], corner[:-1, 1:]
+    below, across = corner[1:, :-1], corner[1:, 1:]
+    cells = np.stack([here, right, below, across, below, right], axis=-1)
+    return cells.reshape(-1, 3)
+
+
+def face_normals(vertices, triangles):
+    """Give the normal of each triangle, as long as twice its area: (m, 3) [m2] (1.12)."""
+    normals = np.empty((len(triangles), 3))
+    _cross_products(vertices, triangles, normals)
+    return normals
+
+
+def vertex_normals(vertices, triangles):
+    """
+    Average at each vertex the normals of its triangles: (n, 3) [m2] (1.13).
+
+    The average is weighted by area (the sum of the cross products), which makes the normal
+    independent of how fine a flat part is cut. It is not brought to unit length.
+    """
+    normals = np.zeros((len(vertices), 3))
+    _sum_at_vertices(face_normals(vertices, triangles), triangles, normals)
+    return normals
+
+
+@kernel
+def _cross_products(vertices, triangles, normals):
+    for t in range(triangles.shape[0]):
+        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+        px = vertices[b, 0] - vertices[a, 0]
+        py = vertices[b, 1] - vertices[a, 1]
+        pz = vertices[b, 2] - vertices[a, 2]
+        qx = vertices[c, 0] - vertices[a, 0]
+        qy = vertices[c, 1] - vertices[a, 1]
+        qz = vertices[c, 2] - vertices[a, 2]
+        normals[t, 0] = py * qz - pz * qy
+        normals[t, 1] = pz * qx - px * qz
+        normals[t, 2] = px * qy - py * qx
+
+
+@kernel
+def _sum_at_vertices(of_faces, triangles, of_vertices):
+    for t in range(triangles.shape[0]):
+        for corner in range(3):
+            vertex = triangles[t, corner]
+            for axis in range(3):
+                of_vertices[vertex, axis] += of_faces[t, axis]

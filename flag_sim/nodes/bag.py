@@ -1,0 +1,68 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""A rosbag2 bag being written, by the rosbags library; the real rosbag2 reads and plays it."""
+from pathlib import Path
+
+from flag_sim.nodes.parameters import BadParameter
+
+try:
+    from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+    from rosbags.rosbag2 import WriterError
+    from rosbags.typesys import get_typestore, Stores
+except ImportError:
+    Writer = None
+
+
+class Bag:
+    """
+    A new bag at `path`; nothing that exists is overwritten.
+
+    storage: 'mcap' or 'sqlite3'; compression: 'none' or 'zstd' (of the file's chunks, which every
+    reader understands; only mcap has it). A bag whose writer is killed keeps all but its last
+    chunk in mcap and nothing in sqlite3. Raises BadParameter where it cannot be opened.
+    """
+
+    def __init__(self, path, storage, compression):
+        if Writer is None:
+            raise BadParameter("the recorder needs rosbags: pip install 'flag_sim[record]'")
+        if compression != 'none' and storage != 'mcap':
+            raise BadParameter(f'compression {compression} needs storage mcap, not {storage}')
+        self.path = Path(path)
+        self.size = 0
+        self._types = get_typestore(Stores.ROS2_KILTED)
+        self._connections = {}
+        try:
+            self._writer = Writer(self.path, version=9,
+                                  storage_plugin=StoragePlugin[storage.upper()])
+            if compression == 'zstd':
+                self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+            self._writer.open()
+        except (WriterError, OSError) as error:
+            raise BadParameter(f'path {self.path}: {error}') from None
+
+    def add_topic(self, topic, message_type):
+        """Add a topic by its full name; `message_type` is a ROS message class."""
+        package = message_type.__module__.split('.')[0]
+        self._connections[topic] = self._writer.add_connection(
+            topic, f'{package}/msg/{message_type.__name__}', typestore=self._types)
+
+    def write(self, topic, time, data):
+        """Write a serialised message at `time` [ns]; raises OSError where the disk is full."""
+        self._writer.write(self._connections[topic], time, data)
+        self.size += len(data)
+
+    def close(self):
+        """Finish the file and its metadata; raises OSError where the disk is full."""
+        self._writer.close()

@@ -1,0 +1,125 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The parameters of every node, in the order in which people meet them."""
+from math import pi
+
+from flag_sim.nodes.dial import Dial
+
+# Angles are given within one turn to either side, so that a track may pass through half a turn.
+TURN = 2.0 * pi
+
+SCENE = (
+    Dial('pole.height', 9.0, 'height of the pole without its tip', 'm', 0.1, 1000.0),
+    Dial('pole.diameter', 0.1, 'diameter of the pole; the tip has it for radius', 'm', 0.001, 10.0),
+    Dial('flag.length', 0.0, 'hoist to fly; 0: one and a half times the width', 'm', 0.0, 100.0),
+    Dial('flag.width', 0.0, 'upper to lower edge; 0: a sixth of the pole', 'm', 0.0, 100.0),
+    Dial('platform.side', 1.0, 'side of the platform, a square', 'm', 0.01, 100.0),
+    Dial('platform.height', 0.3, 'height of the platform', 'm', 0.01, 100.0),
+)
+
+WIND = (
+    Dial('rate', 30.0, 'frames per simulated second', 'Hz', 0.01, 1000.0),
+    Dial('frames', 0, 'length of the shot; 0: without end', 'frames', 0, 2**31 - 1),
+    Dial('pace', 'realtime', 'realtime: by the clock; lockstep: as fast as every frame is done',
+         choices=('realtime', 'lockstep')),
+    Dial('window', 3, 'lockstep: frames in flight', 'frames', 1, 8),
+    Dial('wait_for', ['renderer'], 'nodes whose frame_done makes a frame done', item=str),
+    Dial('resend_after', 1.0, 'lockstep: an unfinished frame is sent again after', 's', 0.05, 60.0),
+    Dial('paused', False, 'no frames while true'),
+    Dial('publish_clock', False, 'publish the simulation time on /clock', fixed=True),
+    Dial('speed', 6.0, 'wind speed', 'm/s', 0.0, 200.0),
+    Dial('azimuth', 0.35, 'where the wind blows to, from +x towards +y', 'rad', -TURN, TURN),
+    Dial('elevation', 0.0, 'where the wind blows to, above the ground', 'rad', -pi / 2, pi / 2),
+    Dial('tracks', [], 'keyed parameters, as node.parameter; each has keys.<track>.times, '
+         '.values and .laws', item=str),
+)
+
+PHYSICS = (
+    Dial('grid.columns', 31, 'nodes from hoist to fly', 'nodes', 2, 1001),
+    Dial('grid.rows', 21, 'nodes from upper to lower edge', 'nodes', 2, 1001),
+    Dial('area_density', 0.2, 'mass of the cloth per area', 'kg/m2', 1e-6, 1e6),
+    Dial('stiffness', 1000.0, 'stiffness along the threads', 'N/m', 0.0, 1e9),
+    Dial('shear_stiffness', 500.0, 'stiffness against shear', 'N/m', 0.0, 1e9),
+    Dial('bend_stiffness', 1e-4, 'stiffness against bending', 'N m', 0.0, 1e6),
+    Dial('damping', 0.02, 'damping ratio of every spring', '', 0.0, 1e6),
+    Dial('node_damping', 0.0, 'rate at which nodes lose speed', '1/s', 0.0, 1e6),
+    Dial('gravity', 9.81, 'downward acceleration', 'm/s2', 0.0, 1000.0),
+    Dial('air.density', 1.2, 'density of the air', 'kg/m3', 0.0, 1000.0),
+    Dial('air.drag_coefficient', 1.0, 'drag of the faces across the wind', '', 0.0, 100.0),
+    Dial('substeps', 0, 'steps per frame at least; 0: as many as stability asks', '', 0, 100000),
+    Dial('step_safety', 0.8, 'step as a share of the largest stable one', '', 0.01, 1.0),
+    Dial('substeps_limit', 1000, 'steps per frame at most; beyond, the cloth is made softer',
+         '', 1, 100000),
+    Dial('max_gap', 1.0, 'longest time between frames that is simulated', 's', 0.0, 3600.0),
+)
+
+def _material(thing, color):
+    """Return the dials of what a thing is made of."""
+    return (
+        Dial(f'{thing}.color', color, f'colour of the {thing}: red, green, blue', '',
+             0.0, 255.0, length=3),
+        Dial(f'{thing}.diffuse', 1.0, f'share of the sun that the {thing} returns', '', 0.0, 10.0),
+    )
+
+
+RENDERER = (
+    Dial('width', 640, 'image width', 'pixels', 1, 7680),
+    Dial('height', 480, 'image height', 'pixels', 1, 4320),
+    Dial('camera.projection', 'perspective', 'how space is mapped to the image',
+         choices=('perspective', 'orthographic')),
+    Dial('camera.vertical_fov', 0.5, 'perspective: angle that the height sees', 'rad', 0.001, 3.1),
+    Dial('camera.scale', 3.0, 'orthographic: height that the image shows', 'm', 0.001, 10000.0),
+    Dial('camera.target', [1.05, 0.0, 8.05], 'point in the middle of the image', 'm', -1e4, 1e4,
+         length=3),
+    Dial('camera.distance', 5.5, 'from the target', 'm', 0.0, 10000.0),
+    Dial('camera.azimuth', -pi / 2, 'of the camera seen from the target, from +x towards +y', 'rad',
+         -TURN, TURN),
+    Dial('camera.elevation', -0.1, 'of the camera seen from the target', 'rad', -pi / 2, pi / 2),
+    Dial('camera.roll', 0.0, 'turn about the line of sight', 'rad', -TURN, TURN),
+    Dial('camera.near', 0.05, 'nothing nearer is drawn', 'm', 0.001, 1000.0),
+    Dial('shading', 'gouraud', 'light at vertices and between, or one per triangle',
+         choices=('gouraud', 'flat')),
+    Dial('interpolation', 'screen', 'of light between vertices: linear on the screen or in space',
+         choices=('screen', 'perspective')),
+    Dial('sun.azimuth', -1.0, 'where the sun stands, from +x towards +y', 'rad', -TURN, TURN),
+    Dial('sun.elevation', 0.7, 'where the sun stands, above the horizon', 'rad', -pi / 2, pi / 2),
+    Dial('sun.intensity', 0.8, 'light of the sun', '', 0.0, 10.0),
+    Dial('ambient', 0.35, 'light from everywhere', '', 0.0, 10.0),
+    *_material('flag', [205.0, 35.0, 40.0]),
+    *_material('pole', [200.0, 200.0, 205.0]),
+    *_material('platform', [150.0, 145.0, 135.0]),
+    Dial('pole.visible', True, 'draw the pole'),
+    Dial('platform.visible', True, 'draw the platform'),
+    Dial('background', [180.0, 240.0, 240.0], 'colour where nothing is: red, green, blue', '',
+         0.0, 255.0, length=3),
+)
+
+RECORDER = (
+    Dial('path', '', 'folder of the new bag; empty: rosbag2_ and the date', fixed=True),
+    Dial('topics', ['camera/image_raw', 'camera/camera_info', 'vertices', 'parameters', 'keyframe'],
+         'topics to record', item=str, fixed=True),
+    Dial('frames', 0, 'end after so many frames; 0: when told to', 'frames', 0, 2**31 - 1,
+         fixed=True),
+    Dial('storage', 'mcap', 'file format', choices=('mcap', 'sqlite3'), fixed=True),
+    Dial('compression', 'none', 'compression of the file', choices=('none', 'zstd'), fixed=True),
+)
+
+NODES = {
+    'wind': WIND,
+    'physics': SCENE + PHYSICS,
+    'renderer': SCENE + RENDERER,
+    'recorder': RECORDER,
+}
+"""Every dial of every node, by the node's name."""

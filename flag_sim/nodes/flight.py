@@ -1,0 +1,70 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Frames in flight: what was sent, who has said that it is done, and what is overdue."""
+import dataclasses
+
+
+@dataclasses.dataclass
+class Sent:
+    """A frame that was sent: its tag, its message, who has not done it yet, and when it left."""
+
+    tag: object
+    message: object
+    waiting_for: set
+    first_time: float  # of a steady clock [s]
+    last_time: float
+
+
+class Flight:
+    """The frames in flight, oldest first."""
+
+    def __init__(self):
+        self._frames = {}  # by stamp; a dict keeps the order of sending
+
+    def __len__(self):
+        return len(self._frames)
+
+    @property
+    def oldest(self):
+        """Return the oldest frame in flight, or None."""
+        return next(iter(self._frames.values()), None)
+
+    def send(self, tag, message, consumers, now):
+        """Note that a frame was sent at `now` [s] and is done when all `consumers` say so."""
+        self._frames[tag.stamp] = Sent(tag, message, set(consumers), now, now)
+
+    def done(self, stamp, consumer):
+        """Note that `consumer` has served the frame; return whether that made it done."""
+        frame = self._frames.get(stamp)
+        if frame is None:
+            return False
+        frame.waiting_for.discard(consumer)
+        if frame.waiting_for:
+            return False
+        del self._frames[stamp]
+        return True
+
+    def overdue(self, now, after):
+        """Return the oldest frame if it last left more than `after` s before `now`, or None."""
+        frame = self.oldest
+        return frame if frame is not None and now - frame.last_time > after else None
+
+    def give_up(self):
+        """Forget the oldest frame."""
+        del self._frames[self.oldest.tag.stamp]
+
+    def clear(self):
+        """Forget every frame."""
+        self._frames.clear()

@@ -1,0 +1,102 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The order of frames: each served once and in turn, whatever the network does to their messages.
+
+A frame is known by its take (one run of the shot), its index in it, and the oldest frame of the
+take that somebody may still be waiting for when it was sent. In lockstep the frames from `oldest`
+on are owed: they are served one after another, and one that was lost is waited for, because it
+is sent again. In real time nothing is owed (`oldest` is the frame itself) and a gap is passed over.
+"""
+import enum
+from typing import NamedTuple
+
+
+class Tag(NamedTuple):
+    """What identifies a frame on the wire."""
+
+    stamp: int   # simulation time [ns]
+    take: int    # later takes have greater numbers; None: unknown, ordered by stamp alone
+    index: int   # 0 is the first frame of the take
+    oldest: int  # index of the oldest frame that may still be waited for
+
+
+class Arrival(enum.Enum):
+    """What a message that has arrived means to its receiver."""
+
+    NEW = enum.auto()      # a frame not seen before: it waits for its turn
+    AGAIN = enum.auto()    # a copy of a frame that was served: answer it again
+    STALE = enum.auto()    # a late copy from an earlier take: ignore it
+    RESTART = enum.auto()  # the first of another take: forget everything, then as NEW
+
+
+class FrameOrder:
+    """Keeps frames until it is their turn."""
+
+    LONGEST_QUEUE = 64  # more than any window; only a broken sender fills it
+
+    def __init__(self):
+        self._take = None
+        self._sender = None
+        self._last = -1
+        self._waiting = {}
+
+    def arrive(self, tag, sender=None):
+        """
+        Take note of a frame and say what it is.
+
+        sender: whatever tells one publisher from another, or None. A new publisher may play an
+        old take again (a bag that is played twice); the same publisher's older frames are copies.
+        """
+        changed = sender != self._sender
+        self._sender = sender
+        if tag.take is None or self._take is None:
+            # Without takes, time that jumps back begins anew, as it does everywhere in ROS.
+            if tag.take != self._take or self._last < 0 or tag.index < self._last:
+                return self._restart(tag)
+        elif tag.take > self._take:
+            return self._restart(tag)
+        elif tag.take < self._take:
+            return self._restart(tag) if changed else Arrival.STALE
+        if tag.index <= self._last:
+            return self._restart(tag) if changed else Arrival.AGAIN
+        self._wait(tag)
+        return Arrival.NEW
+
+    def next(self, is_ready=lambda tag: True):
+        """
+        Return the next frame whose turn it is and that `is_ready`, or None.
+
+        The frame counts as served from here on, and earlier ones that nobody is owed are dropped.
+        """
+        for index in sorted(self._waiting):
+            tag = self._waiting[index]
+            if is_ready(tag) and max(tag.oldest, self._last + 1) >= index:
+                self._last = index
+                self._waiting = {i: t for i, t in self._waiting.items() if i > index}
+                return tag
+        return None
+
+    def _restart(self, tag):
+        self._take, self._last, self._waiting = tag.take, -1, {}
+        self._wait(tag)
+        return Arrival.RESTART
+
+    def _wait(self, tag):
+        known = self._waiting.get(tag.index)
+        if known is None or tag.oldest > known.oldest:
+            self._waiting[tag.index] = tag
+        if len(self._waiting) > self.LONGEST_QUEUE:
+            del self._waiting[min(self._waiting)]

@@ -1,0 +1,114 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The life of a node, from its start to its end, the same for all of them."""
+import os
+import signal
+import socket
+import sys
+import threading
+
+from flag_sim.nodes.config import config_path
+from flag_sim.nodes.parameters import BadParameter
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
+
+
+# Held for as long as the process lives: a socket that nobody holds is closed.
+_signal_sockets = socket.socketpair()
+
+
+def bring_profile():
+    """
+    Give Fast DDS the package's profile, unless the user has chosen a profile or a middleware.
+
+    With its stock settings a large image fills the shared memory segment, and from then on small
+    reliable messages may never arrive: a run in lockstep stops for good within seconds.
+    """
+    if os.environ.get('RMW_IMPLEMENTATION', 'rmw_fastrtps_cpp') != 'rmw_fastrtps_cpp':
+        return
+    if not os.environ.get('FASTRTPS_DEFAULT_PROFILES_FILE'):
+        os.environ.setdefault('FASTDDS_DEFAULT_PROFILES_FILE', str(config_path('fastdds.xml')))
+
+
+def run(make_node, args=None):
+    """
+    Run the node that `make_node` makes until it ends or is told to; return the exit status.
+
+    The node has `ended`, a future that gets its exit status once it has ended by itself, and
+    `close`, called however the node ends. SIGINT and SIGTERM end it with status 0.
+    """
+    bring_profile()
+    stop = _future_of_signals()
+    try:
+        # rclpy's own handlers would shut it down at once, before the node could close.
+        with rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO):
+            node = make_node()
+            node.ended.add_done_callback(lambda ended: _set_once(stop, ended.result()))
+            try:
+                executor = SingleThreadedExecutor()
+                executor.add_node(node)
+                executor.spin_until_future_complete(stop)
+            finally:
+                node.close()
+            return stop.result()
+    except BadParameter as error:
+        print(f'refused: {error}', file=sys.stderr)
+    except RuntimeError as error:
+        # What rclpy says of arguments and files that it cannot read.
+        print(f'cannot start: {str(error).splitlines()[0]}', file=sys.stderr)
+    return 1
+
+
+def _future_of_signals():
+    """
+    Return a future that SIGINT and SIGTERM set to 0; a second one ends the process at once.
+
+    Python's handlers run only between two bytecodes of the main thread, which may wait inside
+    the middleware for ever; a byte on a socket reaches a thread of our own at any time.
+    """
+    stop = Future()
+    reader, writer = _signal_sockets
+    writer.setblocking(False)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: None)
+    signal.set_wakeup_fd(writer.fileno())
+
+    def listen():
+        reader.recv(1)
+        _set_once(stop, 0)
+        reader.recv(1)
+        os._exit(1)
+    threading.Thread(target=listen, daemon=True).start()
+    return stop
+
+
+def _set_once(future, status):
+    if not future.done():
+        future.set_result(status)
+
+
+def announce_when_slow(node, what, seconds=1.0):
+    """
+    Return a timer that tells the user what a start waits for, if it takes long; cancel it after.
+
+    Compiling the kernels takes many seconds the first time and none later.
+    """
+    timer = threading.Timer(seconds, node.get_logger().info, [
+        f'{what}: only the first start takes this long (half a minute at most)'])
+    timer.daemon = True
+    timer.start()
+    return timer

@@ -1,0 +1,192 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Arrays to messages and back: pure functions, each with the checks that its message needs."""
+import array
+
+from builtin_interfaces.msg import Time
+from flag_sim.nodes.frames import Tag
+from flag_sim.nodes.parameters import to_parameter
+import numpy as np
+from rcl_interfaces.msg import ParameterEvent
+from rclpy.parameter import parameter_value_to_python
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
+from std_msgs.msg import Header
+
+WORLD = 'world'
+OPTICAL = 'camera_optical_frame'
+CLOUD_FIELDS = ('x', 'y', 'z', 'normal_x', 'normal_y', 'normal_z')
+FLOATS = {PointField.FLOAT32: 'f4', PointField.FLOAT64: 'f8'}
+TAG_NAMES = ('frame.take', 'frame.index', 'frame.oldest')
+
+
+def to_time(stamp):
+    """Return nanoseconds as a Time."""
+    return Time(sec=stamp // 10**9, nanosec=stamp % 10**9)
+
+
+def to_stamp(time):
+    """Return a Time in nanoseconds."""
+    return time.sec * 10**9 + time.nanosec
+
+
+def header(stamp, frame_id):
+    """Return a Header at `stamp` [ns]."""
+    return Header(stamp=to_time(stamp), frame_id=frame_id)
+
+
+def _bytes(values):
+    """Return an array's bytes as the one type that message setters do not check byte by byte."""
+    packed = array.array('B')
+    packed.frombytes(np.ascontiguousarray(values).view(np.uint8).reshape(-1).data)
+    return packed
+
+
+def cloud_message(stamp, positions, normals):
+    """
+    Return the flag's grid as an organised, dense PointCloud2 in `world`.
+
+    positions [m] and unit normals: (rows, columns, 3); sent as float32.
+    """
+    rows, columns = positions.shape[:2]
+    points = np.concatenate([positions, normals], axis=2, dtype=np.float32)
+    fields = [PointField(name=name, offset=4 * i, datatype=PointField.FLOAT32, count=1)
+              for i, name in enumerate(CLOUD_FIELDS)]
+    return PointCloud2(header=header(stamp, WORLD), height=rows, width=columns, fields=fields,
+                       is_bigendian=False, point_step=24, row_step=24 * columns,
+                       is_dense=True, data=_bytes(points))
+
+
+def read_cloud(message):
+    """
+    Return the positions [m] and the normals, or None where it has none: (rows, columns, 3) float64.
+
+    Any layout of the fields, byte order and padding is read. Raises ValueError for a message that
+    is not an organised cloud of finite points of at least 2 x 2.
+    """
+    rows, columns = message.height, message.width
+    if rows < 2 or columns < 2:
+        raise ValueError(f'a cloud must have at least 2 x 2 points, not {rows} x {columns}')
+    if message.row_step < columns * message.point_step:
+        raise ValueError(f'row_step {message.row_step} is less than {columns} points of '
+                         f'{message.point_step} bytes')
+    if len(message.data) < rows * message.row_step:
+        raise ValueError(f'{len(message.data)} bytes of data are less than {rows} rows of '
+                         f'{message.row_step}')
+    fields = {field.name: field for field in message.fields}
+    positions = _read_fields(message, fields, CLOUD_FIELDS[:3])
+    has_normals = all(name in fields for name in CLOUD_FIELDS[3:])
+    normals = _read_fields(message, fields, CLOUD_FIELDS[3:]) if has_normals else None
+    return positions, normals
+
+
+def _read_fields(message, fields, names):
+    order = '>' if message.is_bigendian else '<'
+    parts = []
+    for name in names:
+        if name not in fields:
+            raise ValueError(f"the cloud has no field '{name}'")
+        field = fields[name]
+        if field.datatype not in FLOATS:
+            raise ValueError(f"field '{name}' must be FLOAT32 or FLOAT64, not type "
+                             f'{field.datatype}')
+        kind = np.dtype(order + FLOATS[field.datatype])
+        if field.offset + kind.itemsize > message.point_step:
+            raise ValueError(f"field '{name}' at byte {field.offset} reaches beyond point_step "
+                             f'{message.point_step}')
+        parts.append(np.ndarray((message.height, message.width), kind, message.data,
+                                field.offset, (message.row_step, message.point_step)))
+    values = np.stack(parts, axis=2).astype(np.float64)
+    finite = np.isfinite(values)
+    if not finite.all():
+        row, column, axis = np.argwhere(~finite)[0]
+        raise ValueError(f"field '{names[axis]}' of point ({row}, {column}) is "
+                         f'{values[row, column, axis]}')
+    return values
+
+
+def image_message(stamp, rgb):
+    """Return an rgb8 Image of a (height, width, 3) uint8 array."""
+    height, width = rgb.shape[:2]
+    return Image(header=header(stamp, OPTICAL), height=height, width=width, encoding='rgb8',
+                 is_bigendian=False, step=3 * width, data=_bytes(rgb))
+
+
+def depth_message(stamp, depth):
+    """Return a 32FC1 Image of a (height, width) float32 array [m]."""
+    height, width = depth.shape
+    return Image(header=header(stamp, OPTICAL), height=height, width=width, encoding='32FC1',
+                 is_bigendian=False, step=4 * width, data=_bytes(depth))
+
+
+def camera_info_message(stamp, camera):
+    """
+    Return the CameraInfo of a drawing.camera.Camera.
+
+    An orthographic camera is no pinhole: its K is left at zero, which CameraInfo defines as
+    uncalibrated, and P holds its scale [pixels / m].
+    """
+    message = CameraInfo(header=header(stamp, OPTICAL), height=camera.height, width=camera.width,
+                         distortion_model='plumb_bob', d=[0.0] * 5, r=np.eye(3).ravel().tolist())
+    if camera.projection == 'perspective':
+        message.k = camera.K.ravel().tolist()
+    message.p = camera.P.ravel().tolist()
+    return message
+
+
+def parameters_message(node_name, tag, wind, keyed):
+    """
+    Return the ParameterEvent of one frame.
+
+    wind: (3,) [m/s]; keyed: {'node.parameter': value}.
+    """
+    values = {'wind': [float(w) for w in wind],
+              **dict(zip(TAG_NAMES, (tag.take, tag.index, tag.oldest))), **keyed}
+    return ParameterEvent(
+        stamp=to_time(tag.stamp), node=node_name,
+        changed_parameters=[to_parameter(name, value).to_parameter_msg()
+                            for name, value in values.items()])
+
+
+def set_tag(message, tag):
+    """Write another tag into a message made by `parameters_message`."""
+    for parameter in message.changed_parameters:
+        if parameter.name in TAG_NAMES:
+            part = parameter.name.removeprefix('frame.')
+            parameter.value.integer_value = getattr(tag, part)
+
+
+def read_parameters(message):
+    """
+    Return (tag, wind, keyed) of a ParameterEvent made by `parameters_message`.
+
+    A message without the frame's place in a take, such as one typed by hand, has a tag with take
+    None: it is ordered by its stamp alone. Raises ValueError for one that is not finite or has no wind.
+    """
+    values = {p.name: parameter_value_to_python(p.value) for p in message.changed_parameters}
+    wind = np.asarray(values.pop('wind', ()), dtype=object)
+    if wind.shape != (3,) or not all(type(w) is float for w in wind):
+        raise ValueError(f'wind must be a list of 3 numbers, not {wind.tolist()}')
+    wind = wind.astype(float)
+    if not np.isfinite(wind).all():
+        raise ValueError(f'wind must be finite, not {wind.tolist()}')
+    stamp = to_stamp(message.stamp)
+    place = [values.pop(name, None) for name in TAG_NAMES]
+    if any(type(part) is not int for part in place):
+        if place != [None, None, None]:
+            raise ValueError(f'{", ".join(TAG_NAMES)} must be whole numbers, not {place}')
+        place = [None, stamp, stamp]
+    if not 0 <= place[2] <= place[1]:
+        raise ValueError(f'frame.oldest {place[2]} is not from 0 to frame.index {place[1]}')
+    return Tag(stamp, *place), wind, values

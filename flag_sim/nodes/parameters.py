@@ -1,0 +1,150 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""A ROS node whose parameters are dials: declared, checked and refused in one place."""
+import difflib
+
+from flag_sim.nodes.dials import NODES, SCENE
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange
+from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.task import Future
+
+ARRAY_TYPES = {str: Parameter.Type.STRING_ARRAY, float: Parameter.Type.DOUBLE_ARRAY}
+# Names that rclpy itself declares and reads.
+ROS_NAMES = ('use_sim_time', 'start_type_description_service', 'qos_overrides.')
+
+
+class BadParameter(ValueError):
+    """A node cannot start with the parameters that it was given; the message is for the user."""
+
+
+class DialNode(Node):
+    """
+    A node whose parameters are `dials`.
+
+    A value is refused with the rule and the value: at the start by BadParameter, while running by
+    the result of the service. rclpy's own check of a descriptor's range names neither, and its
+    callbacks run only after that check; hence the checks stand before it, in
+    `set_parameters_atomically`, through which every way of setting a parameter goes.
+    """
+
+    def __init__(self, name, dials, **options):
+        # rclpy declares whatever it was given at the start, whatever its type; declaring it
+        # again below, typed and checked, is the public way to see every override first.
+        super().__init__(name, automatically_declare_parameters_from_overrides=True, **options)
+        self.ended = Future()  # set to the exit status when the node has nothing left to do
+        self._dials = {dial.name: dial for dial in dials}
+        self.values = {}
+        self._declare()
+
+    def _declare(self):
+        given = {name: p.value for name, p in self.get_parameters_by_prefix('').items()}
+        for dial in self._dials.values():
+            value = given.pop(dial.name, dial.default)
+            if self.has_parameter(dial.name):
+                self.undeclare_parameter(dial.name)
+            try:
+                self.values[dial.name] = dial.accept(value)
+            except ValueError as error:
+                raise BadParameter(str(error)) from None
+            self.declare_parameter(dial.name, self.values[dial.name], _descriptor(dial),
+                                   ignore_override=True)
+        self.adopt(given)
+        for name in given:
+            if not name.startswith(ROS_NAMES):
+                self.undeclare_parameter(name)
+                self._warn_of(name)
+        try:
+            self.check(self.values)
+        except ValueError as error:
+            raise BadParameter(str(error)) from None
+
+    def _warn_of(self, name):
+        """Warn of a name that nobody reads; rclpy would ignore it without a word."""
+        if name in {dial.name for dial in SCENE}:
+            return  # shared dials are given to all nodes by '/**'
+        for node, dials in NODES.items():
+            if name in {dial.name for dial in dials}:
+                self.get_logger().warning(f"parameter '{name}' is one of /{node}, not of "
+                                          f'/{self.get_name()}: it is ignored')
+                return
+        near = difflib.get_close_matches(name, self._dials, n=1, cutoff=0.0)
+        self.get_logger().warning(f"parameter '{name}' is unknown and ignored; "
+                                  f"the nearest known one is '{near[0]}'")
+
+    def adopt(self, given):
+        """Take from `given` {name: value} names beyond the dials; what is left is warned of."""
+
+    def accept(self, name, value):
+        """Return `value` as parameter `name` would hold it; raise ValueError if it may not."""
+        if name not in self._dials:
+            near = difflib.get_close_matches(name, self._dials, n=1, cutoff=0.0)
+            raise ValueError(f"no parameter '{name}'; the nearest is '{near[0]}'")
+        return self._dials[name].accept(value)
+
+    def check(self, values):
+        """Raise ValueError if `values` {name: value} cannot stand together; no side effects."""
+
+    def apply(self, changed):
+        """Let the new values of the names in `changed` count."""
+
+    def set_parameters_atomically(self, parameter_list):
+        """Set all of the parameters or, with the reason, none."""
+        try:
+            changes = {p.name: self._accept_set(p.name, p.value) for p in parameter_list
+                       if not p.name.startswith(ROS_NAMES)}
+            self.check({**self.values, **changes})
+        except ValueError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        result = super().set_parameters_atomically(
+            [self._typed(p, changes) for p in parameter_list])
+        if result.successful:
+            self.values.update(changes)
+            self.apply(set(changes))
+        return result
+
+    def _accept_set(self, name, value):
+        dial = self._dials.get(name)
+        if dial is not None and dial.fixed:
+            raise ValueError(f'{name} is fixed at the start of the node')
+        return self.accept(name, value)
+
+    def _typed(self, parameter, changes):
+        if parameter.name not in changes:
+            return parameter
+        return to_parameter(parameter.name, changes[parameter.name])
+
+
+def to_parameter(name, value):
+    """Return the rclpy Parameter of a value; an empty list is one of texts."""
+    if isinstance(value, list):
+        item = float if value and not isinstance(value[0], str) else str
+        return Parameter(name, ARRAY_TYPES[item], value)
+    return Parameter(name, value=value)
+
+
+def _descriptor(dial):
+    descriptor = ParameterDescriptor(description=f'{dial.effect} [{dial.unit}]' if dial.unit
+                                     else dial.effect)
+    descriptor.additional_constraints = f'must be {dial.rule}'
+    descriptor.read_only = dial.fixed
+    if dial.low is not None and isinstance(dial.default, float):
+        descriptor.floating_point_range = [
+            FloatingPointRange(from_value=dial.low, to_value=dial.high)]
+    elif dial.low is not None and isinstance(dial.default, int):
+        descriptor.integer_range = [
+            IntegerRange(from_value=dial.low, to_value=dial.high, step=1)]
+    return descriptor

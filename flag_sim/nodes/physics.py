@@ -1,0 +1,157 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The physics node: moves the cloth to the time of every frame and publishes its vertices."""
+import sys
+
+from flag_sim.cloth.material import Air, Material
+from flag_sim.cloth.simulation import Cloth, Diverged
+from flag_sim.cloth.stability import Stepping
+from flag_sim.nodes import messages
+from flag_sim.nodes.dials import PHYSICS, SCENE
+from flag_sim.nodes.life import announce_when_slow, run
+from flag_sim.nodes.server import FrameServer
+from flag_sim.nodes.topics import publish
+
+
+def hang_of(values):
+    """
+    Return (hoist_top, length, width) [m] of the flag from the scene's dials (1.2).
+
+    Unless given, the width is a sixth of the pole and the length one and a half times the width.
+    The upper corner is on the pole's surface, one diameter below its top.
+    """
+    width = values['flag.width'] or values['pole.height'] / 6.0
+    length = values['flag.length'] or 1.5 * width
+    top = values['pole.height'] - values['pole.diameter']
+    return (0.5 * values['pole.diameter'], 0.0, top), length, width
+
+
+def material_of(values):
+    """Return the Material of the node's values {dial: value}."""
+    return Material(*(values[name] for name in (
+        'area_density', 'stiffness', 'shear_stiffness', 'bend_stiffness', 'damping',
+        'node_damping')))
+
+
+def air_of(values):
+    """Return the Air of the node's values {dial: value}."""
+    return Air(values['air.density'], values['air.drag_coefficient'])
+
+
+def stepping_of(values):
+    """Return the Stepping of the node's values {dial: value}."""
+    return Stepping(values['substeps'], values['step_safety'], values['substeps_limit'])
+
+
+class Physics(FrameServer):
+    """Publishes `vertices` for every frame that `parameters` announces."""
+
+    def __init__(self):
+        super().__init__('physics', SCENE + PHYSICS)
+        self._time = None  # stamp that the cloth stands at [ns]; None: at rest, before any frame
+        self._softened = False
+        self._applied = dict(self.values)
+        self._cloth = self._new_cloth(self.values)
+        self._warm_up()
+        self._vertices_out = publish(self, 'vertices')
+        self.get_logger().info(
+            f'{self.values["grid.columns"]} x {self.values["grid.rows"]} nodes, '
+            'waiting for frames')
+
+    @staticmethod
+    def _new_cloth(values):
+        hoist_top, length, width = hang_of(values)
+        return Cloth(values['grid.rows'], values['grid.columns'], length, width, hoist_top,
+                     material=material_of(values), air=air_of(values),
+                     gravity=values['gravity'], stepping=stepping_of(values))
+
+    def _warm_up(self):
+        """Compile or load the kernels before the first frame."""
+        slow = announce_when_slow(self, 'compiling the cloth kernels')
+        cloth = Cloth(3, 3)
+        cloth.advance(1e-3)
+        cloth.normals()
+        slow.cancel()
+
+    def check(self, values):
+        """Refuse values of which no cloth can be made."""
+        material_of(values), air_of(values), stepping_of(values)
+        if values['pole.diameter'] >= values['pole.height']:
+            raise ValueError(f"pole.diameter {values['pole.diameter']:g} m must be less than "
+                             f"pole.height {values['pole.height']:g} m")
+
+    def restart(self):
+        """Lay the cloth out again."""
+        self._cloth.reset()
+        self._time = None
+
+    def work(self, tag, wind, values):
+        """Return the frame's PointCloud2."""
+        if values != self._applied:
+            self._configure(values)
+        if self._time is not None:
+            self._advance((tag.stamp - self._time) * 1e-9, wind)
+        self._time = tag.stamp
+        return messages.cloud_message(tag.stamp, self._cloth.positions, self._cloth.normals())
+
+    def _configure(self, values):
+        """Bring the cloth to this frame's values; only another size starts it anew."""
+        before, self._applied = self._applied, values
+        if hang_of(values) != hang_of(before):
+            self._cloth.hang(*hang_of(values))
+        grid = values['grid.rows'], values['grid.columns']
+        if grid != (before['grid.rows'], before['grid.columns']):
+            self._cloth.regrid(*grid)
+        self._cloth.material = material_of(values)
+        self._cloth.air = air_of(values)
+        self._cloth.gravity = values['gravity']
+        self._cloth.stepping = stepping_of(values)
+
+    def _advance(self, dt, wind):
+        if dt > self._applied['max_gap']:
+            self.get_logger().warning(
+                f'{dt:.3f} s between two frames is more than max_gap = '
+                f'{self._applied["max_gap"]:g} s: the cloth stands still over the gap')
+        elif dt > 0.0:
+            try:
+                self._report(self._cloth.advance(dt, wind))
+            except Diverged as error:
+                self.get_logger().error(str(error), throttle_duration_sec=5.0)
+
+    def _report(self, plan):
+        """Say when the cloth begins to be softer than it should be, and when that ends."""
+        softened = plan.granted < plan.demanded
+        if softened and not self._softened:
+            self.get_logger().warning(
+                f'the frame needs {plan.demanded} steps and substeps_limit allows {plan.granted}: '
+                f'stiffness is lowered to {plan.stiffness_factor:.3g} and damping to '
+                f'{plan.damping_factor:.3g} of what is set')
+        elif self._softened and not softened:
+            self.get_logger().info('stiffness and damping are as they are set again')
+        self._softened = softened
+
+    def answer(self, stamp, cloud):
+        """Publish the frame's vertices."""
+        with self.stopwatch.share('publish'):
+            self._vertices_out.publish(cloud)
+
+
+def main(args=None):
+    """Run the physics node."""
+    return run(Physics, args)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,164 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The recorder node: writes topics as they are into a bag, for those who have no `ros2 bag`."""
+import collections
+import datetime
+import struct
+import sys
+
+from flag_sim.nodes import messages
+from flag_sim.nodes.bag import Bag
+from flag_sim.nodes.dials import RECORDER
+from flag_sim.nodes.frames import Arrival, FrameOrder
+from flag_sim.nodes.life import run
+from flag_sim.nodes.parameters import BadParameter, DialNode
+from flag_sim.nodes.stopwatch import Stopwatch
+from flag_sim.nodes.topics import publish, subscribe, TOPICS
+from rcl_interfaces.msg import ParameterEvent
+from rclpy.serialization import deserialize_message
+
+REMEMBERED = 1024  # frames of which copies are recognised
+TAKE_GAP = 100_000_000  # time in the bag between two takes [ns]
+
+
+def serialized_stamp(data):
+    """
+    Return the stamp [ns] of a serialised message that begins with a Time or a Header.
+
+    CDR: four bytes that say the byte order, then the seconds and the nanoseconds.
+    """
+    seconds, nanoseconds = struct.unpack_from('<iI' if data[1] & 1 else '>iI', data, 4)
+    return seconds * 10**9 + nanoseconds
+
+
+class Recorder(DialNode):
+    """
+    Writes every message once, at its own stamp, and says on `frame_done` which frames are safe.
+
+    In the bag a message's time is its stamp, so that the bag plays at the shot's own speed however
+    fast it was made. After a reset the time in the bag goes on.
+    """
+
+    def __init__(self):
+        super().__init__('recorder', RECORDER)
+        unknown = [topic for topic in self.values['topics'] if topic not in TOPICS]
+        if unknown:
+            raise BadParameter(f'topics: {unknown[0]!r} is not one of {", ".join(TOPICS)}')
+        path = self.values['path'] or datetime.datetime.now().strftime('rosbag2_%Y_%m_%d-%H_%M_%S')
+        self._bag = Bag(path, self.values['storage'], self.values['compression'])
+        self._every_frame = {t for t in self.values['topics'] if TOPICS[t].every_frame}
+        self._missing = {}  # topics that have not come, by stamp, of frames that are not whole
+        self._whole = collections.OrderedDict()  # stamps of the latest whole frames
+        self._order = FrameOrder()
+        self._offset = self._newest = 0
+        self._copies = self._lost = 0
+        self._stopwatch = Stopwatch()
+        self._frame_done_out = publish(self, 'frame_done')
+        for name in self.values['topics']:
+            self._record(name)
+        if 'parameters' not in self.values['topics']:
+            subscribe(self, 'parameters', self._follow_takes, raw=True)
+        self.get_logger().info(f'recording {", ".join(self.values["topics"])} into {path}')
+
+    def _record(self, name):
+        topic = self.resolve_topic_name(name)
+        self._bag.add_topic(topic, TOPICS[name].type)
+
+        def write(data):
+            if name == 'parameters':
+                self._follow_takes(data)
+            self._write(name, topic, data)
+        subscribe(self, name, write, raw=True)
+
+    def _follow_takes(self, data):
+        """Notice when the shot begins anew: its stamps then are no copies of the earlier ones."""
+        try:
+            tag, _, _ = messages.read_parameters(deserialize_message(data, ParameterEvent))
+        except ValueError:
+            return  # physics refuses it and says so; here it is only recorded
+        if tag.take is not None and self._order.arrive(tag) is Arrival.RESTART:
+            if self._whole or self._missing:
+                self._offset = self._newest + TAKE_GAP
+            self._lost += len(self._missing)
+            self._missing.clear()
+            self._whole.clear()
+
+    def _write(self, name, topic, data):
+        if self.ended.done():
+            return
+        stamp = serialized_stamp(data)
+        if name in self._every_frame:
+            if stamp in self._whole:
+                self._copies += 1
+                self._say_done(stamp)  # it was not heard the first time
+                return
+            missing = self._missing.setdefault(stamp, set(self._every_frame))
+            if name not in missing:
+                self._copies += 1
+                return
+            missing.discard(name)
+        try:
+            with self._stopwatch.share('work'):
+                self._bag.write(topic, stamp + self._offset, data)
+        except OSError as error:
+            self._fail(error)
+            return
+        self._newest = max(self._newest, stamp + self._offset)
+        if name in self._every_frame and not self._missing[stamp]:
+            self._finish_frame(stamp)
+
+    def _finish_frame(self, stamp):
+        del self._missing[stamp]
+        self._whole[stamp] = None
+        if len(self._whole) > REMEMBERED:
+            self._whole.popitem(last=False)
+        if len(self._missing) > REMEMBERED:
+            del self._missing[min(self._missing)]
+            self._lost += 1
+        self._stopwatch.frames += 1
+        self._say_done(stamp)
+        if self._stopwatch.frames == self.values['frames']:
+            self.ended.set_result(0)
+
+    def _say_done(self, stamp):
+        with self._stopwatch.share('publish'):
+            self._frame_done_out.publish(messages.header(stamp, self.get_name()))
+
+    def _fail(self, error):
+        self.get_logger().error(f'cannot write {self._bag.path}: {error}; the recording ends with '
+                                f'{self._stopwatch.frames} frames')
+        self.ended.set_result(1)
+
+    def close(self):
+        """Close the bag and say what is in it and what is not."""
+        try:
+            self._bag.close()
+        except OSError as error:
+            self.get_logger().error(f'cannot finish {self._bag.path}: {error}; '
+                                    "'ros2 bag reindex' can make it readable")
+        lost = self._lost + len(self._missing)
+        self.get_logger().info(
+            f'{self._bag.path}: {self._stopwatch.frames} frames, {self._bag.size / 1e6:.1f} MB, '
+            f'{lost} incomplete frames, {self._copies} copies left out')
+        self.get_logger().info(self._stopwatch.summary())
+
+
+def main(args=None):
+    """Run the recorder node."""
+    return run(Recorder, args)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

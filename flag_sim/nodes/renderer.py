@@ -1,0 +1,153 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The renderer node: draws the cloth of every `vertices` message into an image."""
+import sys
+import time
+
+from flag_sim.drawing.picture import Picture
+from flag_sim.nodes import messages
+from flag_sim.nodes.dials import RENDERER, SCENE
+from flag_sim.nodes.frames import Tag
+from flag_sim.nodes.life import announce_when_slow, run
+from flag_sim.nodes.look import look_of
+from flag_sim.nodes.server import FrameServer
+from flag_sim.nodes.topics import DEPTH, publish, subscribe
+import numpy as np
+
+# Vertices may come before the wind is discovered; only after this time does its absence mean
+# that they are played back alone, without parameters [s].
+GRACE = 1.0
+
+
+class Shot:
+    """A frame's picture: what it is drawn from, and the messages that were asked for so far."""
+
+    def __init__(self, cloud, look):
+        self.cloud = cloud
+        self.look = look
+        self.messages = {}
+
+
+class Renderer(FrameServer):
+    """Publishes image, camera_info and depth of the frames whose vertices and parameters came."""
+
+    def __init__(self):
+        super().__init__('renderer', SCENE + RENDERER)
+        self._picture = Picture()
+        self._values = self._look = None
+        self._clouds = {}  # (positions, normals) by stamp
+        self._newest = None
+        self._warm_up()
+        self._camera_out = {name: publish(self, f'camera/{name}')
+                               for name in ('image_raw', 'camera_info', 'depth/image_raw')}
+        self._frame_done_out = publish(self, 'frame_done')
+        self._start = time.monotonic()
+        subscribe(self, 'vertices', self._on_vertices)
+        self._grace = self.create_timer(GRACE, self._end_grace)
+        self.get_logger().info(
+            f'{self.values["width"]} x {self.values["height"]} pixels, waiting for vertices')
+
+    def _warm_up(self):
+        """Compile or load the kernels before the first frame, for every kind of picture."""
+        slow = announce_when_slow(self, 'compiling the drawing kernels')
+        square = np.array([[[0.0, 0.0, 9.0], [1.0, 0.0, 9.0]], [[0.0, 0.0, 8.0], [1.0, 0.0, 8.0]]])
+        self._picture.draw(square, None, *look_of(self.values))
+        slow.cancel()
+
+    def check(self, values):
+        """Refuse values of which no picture can be made."""
+        look_of(values)
+
+    def restart(self):
+        """Forget the clouds of the take before."""
+        self._clouds.clear()
+
+    def is_ready(self, tag):
+        """Say whether the frame's vertices have come."""
+        return tag.stamp in self._clouds
+
+    def _on_vertices(self, message, info):
+        stamp = messages.to_stamp(message.header.stamp)
+        try:
+            cloud = messages.read_cloud(message)
+        except ValueError as error:
+            self.refuse('vertices', error)
+            return
+        if self.answer_again(stamp):
+            return
+        if self._newest is not None and stamp < self._newest:
+            self._clouds = {s: c for s, c in self._clouds.items() if s < stamp}
+        self._newest = stamp
+        self._clouds[stamp] = cloud
+        while len(self._clouds) > DEPTH:
+            del self._clouds[min(self._clouds)]
+        self.serve()
+        if stamp in self._clouds:
+            self._serve_alone(bytes(info['publisher_gid']['data']))
+
+    def _serve_alone(self, sender):
+        """Draw what came without parameters, if there is nobody who could still send them."""
+        if time.monotonic() - self._start < GRACE or self.count_publishers('parameters'):
+            return
+        for stamp in sorted(self._clouds):
+            self.take_frame(Tag(stamp, None, stamp, stamp), None, {}, sender)
+
+    def _end_grace(self):
+        self.destroy_timer(self._grace)
+        self._serve_alone(None)
+
+    def work(self, tag, wind, values):
+        """Return the frame's Shot; it is drawn when somebody listens."""
+        if values != self._values:
+            self._values, self._look = values, look_of(values)
+        cloud = self._clouds.pop(tag.stamp)
+        self._clouds = {stamp: c for stamp, c in self._clouds.items() if stamp > tag.stamp}
+        shot = Shot(cloud, self._look)
+        self._draw(tag.stamp, shot)
+        return shot
+
+    def _listened(self):
+        return [name for name, publisher in self._camera_out.items()
+                if publisher.get_subscription_count()]
+
+    def _draw(self, stamp, shot):
+        """Make the messages that somebody listens to and that are not made yet."""
+        wanted = [name for name in self._listened() if name not in shot.messages]
+        if 'camera_info' in wanted:
+            shot.messages['camera_info'] = messages.camera_info_message(stamp, shot.look.camera)
+        if 'image_raw' in wanted or 'depth/image_raw' in wanted:
+            rgb = self._picture.draw(*shot.cloud, *shot.look)
+            shot.messages['image_raw'] = messages.image_message(stamp, rgb)
+            if 'depth/image_raw' in wanted:
+                shot.messages['depth/image_raw'] = messages.depth_message(
+                    stamp, self._picture.depth())
+
+    def answer(self, stamp, shot):
+        """Publish the picture, then say that the frame is done."""
+        self._draw(stamp, shot)  # for those who have begun to listen since the frame was served
+        with self.stopwatch.share('publish'):
+            for name in self._listened():
+                if name in shot.messages:
+                    self._camera_out[name].publish(shot.messages[name])
+            self._frame_done_out.publish(messages.header(stamp, self.get_name()))
+
+
+def main(args=None):
+    """Run the renderer node."""
+    return run(Renderer, args)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

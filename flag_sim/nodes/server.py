@@ -1,0 +1,117 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""What physics and renderer have in common: a frame arrives, they work, they publish."""
+from flag_sim.nodes import messages
+from flag_sim.nodes.frames import Arrival, FrameOrder
+from flag_sim.nodes.parameters import DialNode
+from flag_sim.nodes.stopwatch import Stopwatch
+from flag_sim.nodes.topics import subscribe
+
+WARN_EVERY = 5.0  # between warnings of one kind [s]
+
+
+class FrameServer(DialNode):
+    """
+    Serves frames in their order, and a frame that comes again with the answer that it kept.
+
+    Derived nodes define `work`, which makes a frame's answer, and `answer`, which publishes it.
+    """
+
+    def __init__(self, name, dials):
+        super().__init__(name, dials)
+        self.stopwatch = Stopwatch()
+        self._order = FrameOrder()
+        self._inputs = {}   # (wind, values) by index, of frames that wait for their turn
+        self._answers = {}  # (index, answer) by stamp, of frames that may be asked for again
+        # The network cannot deliver before it is spun, and it is spun only once all is ready.
+        subscribe(self, 'parameters', self._on_parameters)
+
+    def restart(self):
+        """Forget the take that was played; another one begins."""
+
+    def is_ready(self, tag):
+        """Say whether everything that the frame needs has arrived."""
+        del tag
+        return True
+
+    def work(self, tag, wind, values):
+        """Return the frame's answer, given the wind [m/s] and this frame's values of the dials."""
+        raise NotImplementedError
+
+    def answer(self, stamp, answer):
+        """Publish a frame's answer, for the first time or again."""
+        raise NotImplementedError
+
+    def _on_parameters(self, message, info):
+        try:
+            tag, wind, keyed = messages.read_parameters(message)
+            values = self._values_of_frame(keyed)
+        except ValueError as error:
+            self.refuse('parameters', error)
+            return
+        self.take_frame(tag, wind, values, bytes(info['publisher_gid']['data']))
+
+    def _values_of_frame(self, keyed):
+        """Return the keyed values that are this node's own, checked against its dials."""
+        prefix = f'{self.get_name()}.'
+        own = {name.removeprefix(prefix): value for name, value in keyed.items()
+               if name.startswith(prefix)}
+        own = {name: self.accept(name, value) for name, value in own.items()}
+        if own:
+            self.check({**self.values, **own})
+        return own
+
+    def take_frame(self, tag, wind, keyed, sender):
+        """Put a frame where its turn will find it, and serve whatever can be served."""
+        arrival = self._order.arrive(tag, sender)
+        if arrival is Arrival.RESTART:
+            self._inputs.clear()
+            self._answers.clear()
+            self.restart()
+        if arrival in (Arrival.NEW, Arrival.RESTART):
+            self._inputs[tag.index] = wind, keyed
+            self._answers = {stamp: kept for stamp, kept in self._answers.items()
+                             if kept[0] >= tag.oldest}
+            self.serve()
+        elif arrival is Arrival.AGAIN:
+            self.answer_again(tag.stamp)
+
+    def serve(self):
+        """Serve the frames whose turn it is."""
+        while (tag := self._order.next(self.is_ready)) is not None:
+            wind, keyed = self._inputs[tag.index]
+            self._inputs = {i: inputs for i, inputs in self._inputs.items() if i > tag.index}
+            # What a user sets meanwhile counts from this frame on; keys count before it.
+            with self.stopwatch.share('work'):
+                answer = self.work(tag, wind, {**self.values, **keyed})
+            self._answers[tag.stamp] = tag.index, answer
+            self.stopwatch.frames += 1
+            self.answer(tag.stamp, answer)
+
+    def answer_again(self, stamp):
+        """Publish the answer to a frame that was served; return whether it is still kept."""
+        kept = self._answers.get(stamp)
+        if kept is not None:
+            self.answer(stamp, kept[1])
+        return kept is not None
+
+    def refuse(self, topic, error):
+        """Warn of a message that cannot be used."""
+        self.get_logger().warning(f'a message on {topic} is refused: {error}',
+                                  throttle_duration_sec=WARN_EVERY)
+
+    def close(self):
+        """Say where the time went."""
+        self.get_logger().info(self.stopwatch.summary())

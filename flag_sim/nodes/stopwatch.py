@@ -1,0 +1,45 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Where a node's time goes: waiting for frames, working on them, publishing them."""
+import contextlib
+import time
+
+
+class Stopwatch:
+    """Adds up the seconds spent in named shares between the first and the last frame."""
+
+    def __init__(self):
+        self._first = self._last = None
+        self._spent = {'work': 0.0, 'publish': 0.0}
+        self.frames = 0
+
+    @contextlib.contextmanager
+    def share(self, name):
+        """Add the time of the block to share `name`: work or publish."""
+        begin = time.perf_counter()
+        if self._first is None:
+            self._first = begin
+        yield
+        self._last = time.perf_counter()
+        self._spent[name] += self._last - begin
+
+    def summary(self):
+        """Return the shares in words; what is neither work nor publishing is waiting."""
+        total = self._last - self._first if self.frames else 0.0
+        if not total:
+            return f'served {self.frames} frames'
+        work, publish = (100.0 * self._spent[name] / total for name in ('work', 'publish'))
+        return (f'served {self.frames} frames in {total:.2f} s: wait {100 - work - publish:.1f} %, '
+                f'work {work:.1f} %, publish {publish:.1f} %')

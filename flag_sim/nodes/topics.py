@@ -1,0 +1,63 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The topics: their names, types and quality of service."""
+from typing import NamedTuple
+
+from geometry_msgs.msg import Vector3Stamped
+from rcl_interfaces.msg import ParameterEvent
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.qos_overriding_options import QoSOverridingOptions
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2
+from std_msgs.msg import Empty, Header
+
+
+class Topic(NamedTuple):
+    """A topic's message type, and whether every frame brings one message."""
+
+    type: type
+    every_frame: bool
+
+
+TOPICS = {
+    'parameters': Topic(ParameterEvent, True),
+    'keyframe': Topic(Header, False),
+    'wind': Topic(Vector3Stamped, True),
+    '/clock': Topic(Clock, False),
+    'vertices': Topic(PointCloud2, True),
+    'camera/image_raw': Topic(Image, True),
+    'camera/camera_info': Topic(CameraInfo, True),
+    'camera/depth/image_raw': Topic(Image, True),
+    'frame_done': Topic(Header, False),
+    'reset': Topic(Empty, False),
+}
+
+# As many messages as wind's largest window keeps in flight, so that lockstep fills no queue.
+DEPTH = 8
+
+
+def _quality():
+    return {'qos_profile': QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.RELIABLE),
+            'qos_overriding_options': QoSOverridingOptions.with_default_policies()}
+
+
+def publish(node, name):
+    """Return a publisher of topic `name` of `TOPICS` for `node`."""
+    return node.create_publisher(TOPICS[name].type, name, **_quality())
+
+
+def subscribe(node, name, callback, raw=False):
+    """Subscribe `node` to topic `name` of `TOPICS`; raw: the callback gets serialised bytes."""
+    return node.create_subscription(TOPICS[name].type, name, callback, raw=raw, **_quality())

@@ -1,0 +1,110 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Installs flag_sim by colcon or by pip, and puts its executables where `ros2 run` looks."""
+from glob import glob
+import os
+
+from setuptools import Distribution, find_packages, setup
+
+NAME = 'flag_sim'
+EXECUTABLES = ('physics', 'recorder', 'renderer', 'wind')
+
+# `ros2 run` looks in lib/flag_sim. setup.cfg sends colcon's executables there, but pip always
+# makes them in bin/: this script, installed in lib/flag_sim under each name, passes on to them.
+FORWARD = """#!/bin/sh
+exec "$(dirname "$0")/../../bin/$(basename "$0")" "$@"
+"""
+
+
+class InstallData(Distribution().get_command_class('install_data')):
+    """Adds the forwarding scripts to what pip installs."""
+
+    def run(self):
+        super().run()
+        folder = os.path.join(self.install_dir, 'lib', NAME)
+        if os.path.isdir(folder):  # colcon: the executables themselves are there
+            return
+        os.makedirs(folder)
+        for name in EXECUTABLES:
+            path = os.path.join(folder, name)
+            with open(path, 'w') as file:
+                file.write(FORWARD)
+            os.chmod(path, 0o755)
+            self.outfiles.append(path)
+
+
+setup(
+    name=NAME,
+    version='0.1.0',
+    description='A flag in the wind, simulated and filmed on the CPU, as three ROS 2 nodes',
+    author='The flag_sim Authors',
+    maintainer='The flag_sim Authors',
+    maintainer_email='maintainers@users.noreply.h-seed-e027b529.example',
+    license='Apache-2.0',
+    packages=find_packages(exclude=['test', 'test.*']),
+    data_files=[
+        ('share/ament_index/resource_index/packages', ['resource/' + NAME]),
+        ('share/' + NAME, ['package.xml']),
+        ('share/' + NAME + '/config', sorted(glob('config/*.yaml') + glob('config/*.xml'))),
+    ],
+    cmdclass={'install_data': InstallData},
+    entry_points={
+        'console_scripts': [f'{name} = {NAME}.nodes.{name}:main' for name in EXECUTABLES],
+    },
+    zip_safe=False,  # the compiled kernels are cached beside their modules
+    # The ranges hold what was tried together; numba 0.61 is the first for all four Pythons,
+    # numpy 1.26 is that of Ubuntu 24.04, for which ROS itself is built.
+    python_requires='>=3.10,<3.14',
+    install_requires=[
+        'numpy>=1.26,<2.6',
+        'numba>=0.61,<0.69',
+    ],
+    extras_require={
+        # For a machine without a ROS installation: ROS 2 Kilted as wheels, all of one release.
+        'ros': [
+            'ros-kilted-rclpy>=9.1.2,<9.2',
+            'ros-kilted-rmw-fastrtps-cpp>=9.3.3,<9.4',
+            'ros-kilted-ament-index-python>=1.11,<1.12',
+            'ros-kilted-builtin-interfaces>=2.3,<2.4',
+            'ros-kilted-geometry-msgs>=5.5,<5.6',
+            'ros-kilted-rcl-interfaces>=2.3,<2.4',
+            'ros-kilted-rosgraph-msgs>=2.3,<2.4',
+            'ros-kilted-sensor-msgs>=5.5,<5.6',
+            'ros-kilted-std-msgs>=5.5,<5.6',
+            'pyyaml>=6,<7',
+        ],
+        'record': ['rosbags>=0.11,<0.12'],
+        'pictures': ['pillow>=10.2,<14', 'tqdm>=4.66,<5'],
+        # The linters are ROS's own, with the plugins that their package.xml files ask for.
+        'test': [
+            'pytest>=7.4,<10',
+            'hypothesis>=6.98,<7',
+            'catkin_pkg>=1,<2',
+            'ros-kilted-ament-flake8>=0.19.2,<0.20',
+            'ros-kilted-ament-pep257>=0.19.2,<0.20',
+            'ros-kilted-ament-lint>=0.19.2,<0.20',
+            'flake8>=7,<8',
+            'flake8-blind-except>=0.2,<0.3',
+            'flake8-builtins>=2.2,<4',
+            'flake8-class-newline>=1.6,<2',
+            'flake8-comprehensions>=3.14,<4',
+            'flake8-deprecated>=2.2,<3',
+            'flake8-docstrings>=1.7,<2',
+            'flake8-import-order>=0.18.2,<0.20',
+            'flake8-quotes>=3.4,<4',
+            'pydocstyle>=6.3,<7',
+        ],
+    },
+)

@@ -1,0 +1,113 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""What package.xml, setup.py and CHANGELOG.rst say agrees with the code, and with one another."""
+import ast
+from pathlib import Path
+import re
+import runpy
+import sys
+
+from catkin_pkg.changelog import get_changelog_from_path
+from catkin_pkg.package import parse_package
+import pytest
+import setuptools
+
+ROOT = Path(__file__).resolve().parents[1]
+
+# Libraries that are not ROS packages, by the name that is imported: the name that rosdep and
+# the name that pip knows them by. A ROS package is called by one name everywhere.
+LIBRARIES = {
+    'PIL': ('python3-pil', 'pillow'),
+    'numba': ('python3-numba', 'numba'),
+    'numpy': ('python3-numpy', 'numpy'),
+    'rosbags': ('python3-rosbags-pip', 'rosbags'),
+    'tqdm': ('python3-tqdm', 'tqdm'),
+    'yaml': ('python3-yaml', 'pyyaml'),
+}
+
+
+@pytest.fixture(scope='module')
+def package():
+    return parse_package(str(ROOT / 'package.xml'))
+
+
+@pytest.fixture(scope='module')
+def setup():
+    """Return what setup.py hands to setuptools."""
+    taken = {}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(ROOT)
+        patch.setattr(setuptools, 'setup', lambda **arguments: taken.update(arguments))
+        runpy.run_path('setup.py')
+    return taken
+
+
+def imported():
+    """Return the names at the top of all imports in flag_sim/ that Python does not bring."""
+    names = set()
+    for path in sorted((ROOT / 'flag_sim').rglob('*.py')):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Import):
+                names.update(alias.name.split('.')[0] for alias in node.names)
+            elif isinstance(node, ast.ImportFrom) and node.level == 0:
+                names.add(node.module.split('.')[0])
+    return sorted(names - set(sys.stdlib_module_names) - {'flag_sim'})
+
+
+def test_package_is_valid(package):
+    warnings = []
+    package.validate(warnings=warnings)
+    assert not warnings
+    assert package.package_format == 3
+    assert package.get_build_type() == 'ament_python'
+
+
+def test_package_and_setup_agree(package, setup):
+    assert setup['name'] == package.name
+    assert setup['version'] == package.version
+    assert [setup['license']] == package.licenses
+    (maintainer,) = package.maintainers
+    assert (setup['maintainer'], setup['maintainer_email']) == (maintainer.name, maintainer.email)
+
+
+# catkin_pkg calls what newer docutils has renamed
+@pytest.mark.filterwarnings('ignore:.*traverse:DeprecationWarning')
+def test_changelog_has_the_version(package):
+    changelog = get_changelog_from_path(str(ROOT / 'CHANGELOG.rst'), package.name)
+    newest = next(iter(changelog.foreach_version(reverse=True)))[0]
+    assert newest == package.version
+
+
+@pytest.mark.parametrize('name', imported())
+def test_import_is_declared(name, package, setup):
+    in_rosdep, in_pip = LIBRARIES.get(name, (name, 'ros-kilted-' + name.replace('_', '-')))
+    assert in_rosdep in [depend.name for depend in package.exec_depends]
+    requirements = list(setup['install_requires'])
+    for extra in ('ros', 'record', 'pictures'):
+        requirements += setup['extras_require'][extra]
+    assert in_pip in [re.match(r'[\w-]+', requirement)[0] for requirement in requirements]
+
+
+def test_every_executable_is_a_module(setup):
+    for command in setup['entry_points']['console_scripts']:
+        module = re.fullmatch(r'(\w+) = flag_sim\.nodes\.\1:main', command)
+        assert module, command
+        assert (ROOT / 'flag_sim' / 'nodes' / f'{module[1]}.py').is_file()
+
+
+def test_every_config_is_installed(setup):
+    installed = dict(setup['data_files'])['share/flag_sim/config']
+    present = [path.relative_to(ROOT).as_posix() for path in (ROOT / 'config').iterdir()]
+    assert sorted(installed) == sorted(present)
