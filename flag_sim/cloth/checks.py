@@ -40,6 +40,12 @@ def finite(name, value, low=-LARGEST, high=LARGEST, above=None):
     return number
 
 
+def fields(record, names, prefix='', **limits):
+    """Make fields of a frozen dataclass floats within limits, or raise ValueError (see finite)."""
+    for name in names:
+        object.__setattr__(record, name, finite(prefix + name, getattr(record, name), **limits))
+
+
 def whole(name, value, low, high):
     """Return value as an int; raises ValueError unless it is whole and low <= value <= high."""
     number = finite(name, value)

@@ -37,15 +37,15 @@ class Material:
     area_density: float = 0.2
     stiffness: float = 1000.0
     shear_stiffness: float = 500.0
-    bend_stiffness: float = 1e-4
-    damping: float = 0.1
+    bend_stiffness: float = 1e-3
+    damping: float = 0.05
     node_damping: float = 0.0
 
     def __post_init__(self):
         """Refuse what no material can be."""
-        checks.finite('area_density', self.area_density, low=1e-9, above=0.0)
-        for name in ('stiffness', 'shear_stiffness', 'bend_stiffness', 'damping', 'node_damping'):
-            checks.finite(name, getattr(self, name), low=0.0)
+        checks.fields(self, ['area_density'], low=1e-9, above=0.0)
+        checks.fields(self, ['stiffness', 'shear_stiffness', 'bend_stiffness', 'damping',
+                             'node_damping'], low=0.0)
 
 
 @dataclass(frozen=True)
@@ -64,5 +64,4 @@ class Air:
 
     def __post_init__(self):
         """Refuse what no air can be."""
-        checks.finite('air.density', self.density, low=0.0)
-        checks.finite('air.drag_coefficient', self.drag_coefficient, low=0.0)
+        checks.fields(self, ['density', 'drag_coefficient'], prefix='air.', low=0.0)

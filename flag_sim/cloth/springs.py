@@ -25,7 +25,7 @@ from flag_sim.kernels import kernel
 import numpy as np
 
 ONE = np.uint64(1)
-TINY = 1e-30
+TINY = 1e-16
 """Squared length [m2] below which a spring pulls no more, so that 0 / 0 gives zero, not NaN."""
 
 
@@ -57,36 +57,36 @@ def dashpot_constants(spring_k, damping, mass):
 
 
 @kernel
-def _elastic(ex, ey, ez, k, rest):
-    """Return the tension of a spring along e: k x / l (Hooke, 1.2)."""
-    return k - k * rest / math.sqrt(max(ex * ex + ey * ey + ez * ez, TINY))
-
-
-@kernel
-def _damped(ex, ey, ez, ux, uy, uz, k, c, rest):
-    """Return the tension of spring and dashpot along e, whose ends part at the velocity u."""
-    inverse = 1.0 / math.sqrt(max(ex * ex + ey * ey + ez * ez, TINY))
-    return k - k * rest * inverse + c * (ex * ux + ey * uy + ez * uz) * inverse * inverse
+def _inverse_lengths(a2, b2, c2, d2):
+    """Return 1 / sqrt of four squared lengths [1/m]; one division, the slow part, serves all."""
+    a, b = math.sqrt(max(a2, TINY)), math.sqrt(max(b2, TINY))
+    c, d = math.sqrt(max(c2, TINY)), math.sqrt(max(d2, TINY))
+    ab, cd = a * b, c * d
+    inverse = 1.0 / (ab * cd)
+    ab, cd = inverse * cd, inverse * ab
+    return ab * b, ab * a, cd * d, cd * c
 
 
 @kernel
 def elastic_tensions(position, weights, spring_k, spring_rest, tensions, span):
-    """Fill the tensions [N/m] of the springs that begin at each node, without dashpots."""
+    """Fill the tensions [N/m] of the springs that begin at each node: k x / l (Hooke, 1.2)."""
     x, y, z = position
     across, down, rising, falling = tensions
-    k_across, k_down, k_diagonal = spring_k
-    l_across, l_down, l_diagonal = spring_rest
+    k_a, k_d, k_x = spring_k
+    pull_a, pull_d, pull_x = k_a * spring_rest[0], k_d * spring_rest[1], k_x * spring_rest[2]
     first, last, stride = span
     for i in range(first, last):
         e, s, d = i + ONE, i + stride, i + stride + ONE
-        across[i] = weights.across[i] * _elastic(
-            x[e] - x[i], y[e] - y[i], z[e] - z[i], k_across, l_across)
-        down[i] = weights.down[i] * _elastic(
-            x[s] - x[i], y[s] - y[i], z[s] - z[i], k_down, l_down)
-        falling[i] = weights.cell[i] * _elastic(
-            x[d] - x[i], y[d] - y[i], z[d] - z[i], k_diagonal, l_diagonal)
-        rising[i] = weights.cell[i] * _elastic(
-            x[e] - x[s], y[e] - y[s], z[e] - z[s], k_diagonal, l_diagonal)
+        ax, ay, az = x[e] - x[i], y[e] - y[i], z[e] - z[i]
+        dx, dy, dz = x[s] - x[i], y[s] - y[i], z[s] - z[i]
+        rx, ry, rz = x[e] - x[s], y[e] - y[s], z[e] - z[s]
+        fx, fy, fz = x[d] - x[i], y[d] - y[i], z[d] - z[i]
+        a, b, r, f = _inverse_lengths(ax * ax + ay * ay + az * az, dx * dx + dy * dy + dz * dz,
+                                      rx * rx + ry * ry + rz * rz, fx * fx + fy * fy + fz * fz)
+        across[i] = weights.across[i] * (k_a - pull_a * a)
+        down[i] = weights.down[i] * (k_d - pull_d * b)
+        rising[i] = weights.cell[i] * (k_x - pull_x * r)
+        falling[i] = weights.cell[i] * (k_x - pull_x * f)
 
 
 @kernel
@@ -100,24 +100,27 @@ def damped_tensions(position, velocity, weights, spring_k, spring_c, spring_rest
     x, y, z = position
     vx, vy, vz = velocity
     across, down, rising, falling = tensions
-    k_across, k_down, k_diagonal = spring_k
-    c_across, c_down, c_diagonal = spring_c
-    l_across, l_down, l_diagonal = spring_rest
+    k_a, k_d, k_x = spring_k
+    c_a, c_d, c_x = spring_c
+    pull_a, pull_d, pull_x = k_a * spring_rest[0], k_d * spring_rest[1], k_x * spring_rest[2]
     first, last, stride = span
     for i in range(first, last):
         e, s, d = i + ONE, i + stride, i + stride + ONE
-        across[i] = weights.across[i] * _damped(
-            x[e] - x[i], y[e] - y[i], z[e] - z[i],
-            vx[e] - vx[i], vy[e] - vy[i], vz[e] - vz[i], k_across, c_across, l_across)
-        down[i] = weights.down[i] * _damped(
-            x[s] - x[i], y[s] - y[i], z[s] - z[i],
-            vx[s] - vx[i], vy[s] - vy[i], vz[s] - vz[i], k_down, c_down, l_down)
-        falling[i] = weights.cell[i] * _damped(
-            x[d] - x[i], y[d] - y[i], z[d] - z[i],
-            vx[d] - vx[i], vy[d] - vy[i], vz[d] - vz[i], k_diagonal, c_diagonal, l_diagonal)
-        rising[i] = weights.cell[i] * _damped(
-            x[e] - x[s], y[e] - y[s], z[e] - z[s],
-            vx[e] - vx[s], vy[e] - vy[s], vz[e] - vz[s], k_diagonal, c_diagonal, l_diagonal)
+        ax, ay, az = x[e] - x[i], y[e] - y[i], z[e] - z[i]
+        dx, dy, dz = x[s] - x[i], y[s] - y[i], z[s] - z[i]
+        rx, ry, rz = x[e] - x[s], y[e] - y[s], z[e] - z[s]
+        fx, fy, fz = x[d] - x[i], y[d] - y[i], z[d] - z[i]
+        a, b, r, f = _inverse_lengths(ax * ax + ay * ay + az * az, dx * dx + dy * dy + dz * dz,
+                                      rx * rx + ry * ry + rz * rz, fx * fx + fy * fy + fz * fz)
+        # Length times the rate at which it grows.
+        av = ax * (vx[e] - vx[i]) + ay * (vy[e] - vy[i]) + az * (vz[e] - vz[i])
+        dv = dx * (vx[s] - vx[i]) + dy * (vy[s] - vy[i]) + dz * (vz[s] - vz[i])
+        rv = rx * (vx[e] - vx[s]) + ry * (vy[e] - vy[s]) + rz * (vz[e] - vz[s])
+        fv = fx * (vx[d] - vx[i]) + fy * (vy[d] - vy[i]) + fz * (vz[d] - vz[i])
+        across[i] = weights.across[i] * (k_a - pull_a * a + c_a * av * (a * a))
+        down[i] = weights.down[i] * (k_d - pull_d * b + c_d * dv * (b * b))
+        rising[i] = weights.cell[i] * (k_x - pull_x * r + c_x * rv * (r * r))
+        falling[i] = weights.cell[i] * (k_x - pull_x * f + c_x * fv * (f * f))
 
 
 @kernel

@@ -1,0 +1,70 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""From a bag to pictures that anybody can look at: an animation and a contact sheet."""
+from pathlib import Path
+
+import numpy as np
+from PIL import Image, ImageDraw
+from rosbags.highlevel import AnyReader
+
+IMAGES = '/camera/image_raw'
+SHEET_COLUMNS, SHEET_ROWS = 4, 3
+GIF_WIDTH = 400  # pixels
+GIF_STEP = 2  # every second frame: viewers show no more than 50 images a second
+GIF_COLORS = 64
+
+
+def images_of(bag, topic=IMAGES):
+    """Yield (stamp [s], (height, width, 3) uint8) for every rgb8 image of a bag, in order."""
+    with AnyReader([Path(bag)]) as reader:
+        connections = [c for c in reader.connections if c.topic == topic]
+        for connection, _, data in reader.messages(connections):
+            message = reader.deserialize(data, connection.msgtype)
+            stamp = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
+            yield stamp, np.asarray(message.data).reshape(message.height, message.width, 3)
+
+
+def _small(rgb, width):
+    image = Image.fromarray(rgb)
+    height = max(1, round(image.height * width / image.width))
+    return image.resize((width, height), Image.Resampling.LANCZOS)
+
+
+def write_animation(frames, path):
+    """Write a GIF that plays `frames` [(stamp [s], rgb)] at their own speed, again and again."""
+    kept = frames[::GIF_STEP]
+    images = [_small(rgb, GIF_WIDTH) for _, rgb in kept]
+    # One palette for all: the background then stays the same from image to image.
+    palette = images[len(images) // 2].quantize(GIF_COLORS)
+    images = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
+    ends = [stamp for stamp, _ in kept[1:]] + [2 * kept[-1][0] - kept[-2][0] if len(kept) > 1
+                                               else kept[-1][0] + 1.0]
+    durations = [round(1000 * (end - stamp)) for (stamp, _), end in zip(kept, ends)]
+    images[0].save(path, save_all=True, append_images=images[1:], duration=durations, loop=0,
+                   optimize=False)
+
+
+def write_contact_sheet(frames, path, width=320):
+    """Write a PNG of images evenly spread over `frames` [(stamp [s], rgb)], with their times."""
+    count = min(SHEET_COLUMNS * SHEET_ROWS, len(frames))
+    chosen = [frames[round(i)] for i in np.linspace(0, len(frames) - 1, count)]
+    images = [_small(rgb, width) for _, rgb in chosen]
+    rows = -(-count // SHEET_COLUMNS)
+    height = images[0].height
+    sheet = Image.new('RGB', (SHEET_COLUMNS * width, rows * height), 'white')
+    for i, ((stamp, _), image) in enumerate(zip(chosen, images)):
+        ImageDraw.Draw(image).text((6, 4), f't = {stamp:.2f} s', fill='black')
+        sheet.paste(image, (i % SHEET_COLUMNS * width, i // SHEET_COLUMNS * height))
+    sheet.save(path, optimize=True)

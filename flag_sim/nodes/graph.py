@@ -1,0 +1,95 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Several nodes as processes of their own: started together, watched, and ended."""
+import contextlib
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+import time
+
+GRACE = 10.0  # time that a node gets to end [s]
+
+
+class Graph:
+    """
+    Nodes of this package, each a process, on this host alone and in a ROS domain of their own.
+
+    logs: folder for one log file a node. The processes are ended, by their ids, on leaving the
+    `with` block.
+    """
+
+    def __init__(self, logs, domain=None):
+        self.logs = Path(logs)
+        self.logs.mkdir(parents=True, exist_ok=True)
+        # Domains 1 to 100 stay below the ports that Linux hands out by itself.
+        self.domain = domain or 1 + os.getpid() % 100
+        self.processes = {}
+        self._cleanup = contextlib.ExitStack()
+
+    @property
+    def environment(self):
+        """Return the environment variables of the processes."""
+        return {**os.environ, 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
+                'ROS_DOMAIN_ID': str(self.domain)}
+
+    def start(self, node, *arguments, name=None):
+        """Start a node with `--ros-args` arguments; return its process."""
+        name = name or node
+        log = self._cleanup.enter_context(open(self.logs / f'{name}.log', 'w'))
+        command = [sys.executable, '-m', f'flag_sim.nodes.{node}', '--ros-args', *arguments]
+        self.processes[name] = subprocess.Popen(
+            command, stdout=log, stderr=subprocess.STDOUT, env=self.environment)
+        return self.processes[name]
+
+    def log(self, name):
+        """Return what a node has said so far."""
+        return (self.logs / f'{name}.log').read_text()
+
+    def failed(self):
+        """Return the names of nodes that have ended with another status than 0."""
+        return [name for name, process in self.processes.items() if process.poll()]
+
+    def end(self, name):
+        """End a node as Ctrl-C would; return its exit status."""
+        process = self.processes[name]
+        if process.poll() is None:
+            process.send_signal(signal.SIGINT)
+        try:
+            return process.wait(GRACE)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            return process.wait()
+
+    def wait(self, name, seconds):
+        """Wait for a node to end by itself; return its exit status, None if it did not."""
+        end = time.monotonic() + seconds
+        while self.processes[name].poll() is None and time.monotonic() < end:
+            time.sleep(0.01)
+        return self.processes[name].poll()
+
+    def __enter__(self):
+        """Return self."""
+        return self
+
+    def __exit__(self, *_):
+        """End every process that is still running."""
+        for process in self.processes.values():
+            if process.poll() is None:
+                process.send_signal(signal.SIGINT)
+        for name in self.processes:
+            self.end(name)
+        self._cleanup.close()

@@ -1,0 +1,206 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The stability bound against true eigenvalues, and the division of frames into steps."""
+import math
+
+from flag_sim.cloth import Air, Cloth, Material, Stepping
+from flag_sim.cloth.energy import bending_energy, elastic_energy
+from flag_sim.cloth.mesh import Mesh
+from flag_sim.cloth.model import Model
+from flag_sim.cloth.solvers import SOLVERS
+from flag_sim.cloth.stability import damping_bound, frequency_bound, plan
+import numpy as np
+import pytest
+from test_cloth_forces import forces
+
+MATERIALS = {
+    'default': Material(),
+    'threads': Material(shear_stiffness=0.0, bend_stiffness=0.0),
+    'shear': Material(stiffness=0.0, shear_stiffness=800.0, bend_stiffness=0.0),
+    'plate': Material(stiffness=0.0, shear_stiffness=0.0, bend_stiffness=2.0),
+    'both': Material(bend_stiffness=1.0),
+}
+
+
+def jacobian(model, positions, velocities, of):
+    """Return minus the derivative of the forces by 'positions' or 'velocities', as a matrix."""
+    step = 1e-6
+    columns = []
+    for index in np.ndindex(positions.shape):
+        pair = []
+        for sign in (1.0, -1.0):
+            p, v = positions.copy(), velocities.copy()
+            (p if of == 'positions' else v)[index] += sign * step
+            pair.append(forces(model, p, v).ravel())
+        columns.append((pair[1] - pair[0]) / (2.0 * step))
+    matrix = np.array(columns)
+    return 0.5 * (matrix + matrix.T)
+
+
+def largest_eigenvalue(model, matrix, free):
+    """Return the greatest eigenvalue of M^-1 matrix among the nodes that may move."""
+    mass = np.repeat(model.mesh.grid(model.mass).ravel(), 3)
+    scaled = matrix / np.sqrt(np.outer(mass, mass))
+    keep = np.repeat(free.ravel() > 0.0, 3)
+    return np.linalg.eigvalsh(scaled[np.ix_(keep, keep)])[-1]
+
+
+@pytest.mark.parametrize('grid', [(2, 2), (5, 6), (3, 9), (7, 4)], ids=str)
+@pytest.mark.parametrize('name', MATERIALS)
+@pytest.mark.parametrize('size', [0.0, 0.02, 0.4])
+def test_no_state_has_a_higher_frequency_than_the_bound(grid, name, size):
+    """At rest, deformed and crumpled, with pins and without; and the bound is close at rest."""
+    for pinned in (False, True):
+        mesh = Mesh(*grid, 1.2, 0.8, pinned)
+        model = Model(mesh, MATERIALS[name])
+        rng = np.random.default_rng(5)
+        rest = mesh.rest((0.0, 0.0, 0.0))
+        positions = rest + size * mesh.dx * rng.normal(size=rest.shape)
+        matrix = jacobian(model, positions, np.zeros_like(rest), 'positions')
+        true = math.sqrt(largest_eigenvalue(model, matrix, mesh.grid(mesh.free)))
+        bound = frequency_bound(model)
+        assert true <= bound * (1.0 + 1e-6)
+        if size == 0.0 and not pinned and min(grid) > 2:
+            assert true > 0.6 * bound
+
+
+@pytest.mark.parametrize('grid', [(2, 2), (5, 6), (3, 9)], ids=str)
+@pytest.mark.parametrize('size', [0.0, 0.4])
+def test_no_state_is_damped_faster_than_the_bound(grid, size):
+    """The dashpots' matrix, likewise."""
+    mesh = Mesh(*grid, 1.2, 0.8, pinned=False)
+    model = Model(mesh, Material(damping=0.7))
+    rng = np.random.default_rng(5)
+    rest = mesh.rest((0.0, 0.0, 0.0))
+    positions = rest + size * mesh.dx * rng.normal(size=rest.shape)
+    matrix = jacobian(model, positions, rng.normal(size=rest.shape), 'velocities')
+    true = largest_eigenvalue(model, matrix, mesh.grid(mesh.free))
+    bound = damping_bound(model)
+    assert true <= bound * (1.0 + 1e-6)
+    if size == 0.0:
+        assert true > 0.4 * bound
+
+
+@pytest.mark.parametrize('omega, gamma', [(1.0, 0.0), (30.0, 1.0), (1.0, 5.0), (0.0, 3.0)])
+def test_the_symplectic_step_is_stable_up_to_its_largest_and_not_beyond(omega, gamma):
+    """The eigenvalues of one step's amplification matrix."""
+    def growth(h):
+        v_row = (-h * omega**2, 1.0 - h * gamma)
+        matrix = np.array([[1.0 + h * v_row[0], h * v_row[1]], v_row])
+        return np.abs(np.linalg.eigvals(matrix)).max()
+
+    largest = SOLVERS['symplectic'].largest_step(omega, gamma, drag=False)
+    assert growth(0.999 * largest) <= 1.0 + 1e-12
+    assert growth(1.001 * largest) > 1.0 + 1e-6
+
+
+def test_nothing_to_resist_needs_one_step():
+    """Without springs every step is stable."""
+    cloth = Cloth(4, 5, material=Material(stiffness=0.0, shear_stiffness=0.0, bend_stiffness=0.0))
+    assert cloth.advance(1.0) == (1, 1, 1.0, 1.0)
+
+
+def test_plans_ask_for_what_the_material_needs():
+    """Fixed substeps are taken where they are stable, and refined where they are not."""
+    def planned(dt=0.01, omega=1000.0, gamma=0.0, **dials):
+        return plan(dt, omega, gamma,
+                    lambda w, g: SOLVERS['symplectic'].largest_step(w, g, drag=False),
+                    Stepping(step_safety=0.5, **dials))
+
+    assert planned() == (10, 10, 1.0, 1.0)
+    assert planned(substeps=25) == (10, 25, 1.0, 1.0)
+    assert planned(substeps=3) == (10, 10, 1.0, 1.0)
+    assert planned(substeps_limit=5) == (10, 5, pytest.approx(0.25), 1.0)
+    damped = planned(gamma=1e6, substeps_limit=100)
+    assert damped.stiffness_factor == 1.0 and 0.0 < damped.damping_factor < 0.1
+    both = planned(gamma=1e6, substeps_limit=5)
+    assert both.stiffness_factor < 0.25 and 0.0 < both.damping_factor < 1e-3
+
+
+@pytest.mark.parametrize('gamma', [0.0, 10.0, 1500.0, 1e4, 1e8])
+@pytest.mark.parametrize('limit', [1, 7, 50])
+def test_a_softened_cloth_is_stable_in_the_steps_granted(gamma, limit):
+    """And keeps its damping ratio up to the critical."""
+    def largest(omega, rate):
+        return SOLVERS['symplectic'].largest_step(omega, rate, drag=True)
+
+    omega, dt = 4000.0, 0.04
+    steps = plan(dt, omega, gamma, largest, Stepping(step_safety=1.0, substeps_limit=limit))
+    assert steps.demanded > steps.granted == limit
+    softened = (omega * math.sqrt(steps.stiffness_factor), gamma * steps.damping_factor)
+    assert largest(*softened) * (1.0 + 1e-9) >= dt / limit
+    if gamma:
+        assert softened[1] / softened[0] == pytest.approx(min(gamma / omega, 2.0))
+
+
+def random_cloth(rng):
+    """Return a cloth of dials from far beyond any scene."""
+    def often_zero(low, high, chance):
+        return 0.0 if rng.random() < chance else 10.0**rng.uniform(low, high)
+
+    rows, columns = rng.integers(2, 22), rng.integers(2, 32)
+    length, width = 10.0**rng.uniform(-1.0, 1.0, 2)
+    node_mass = 10.0**rng.uniform(-6.0, 3.0)
+    material = Material(
+        node_mass / (length / (columns - 1) * width / (rows - 1)),
+        often_zero(0, 9, 0.1), often_zero(0, 9, 0.1), often_zero(-6, 4, 0.3),
+        often_zero(-3, 3, 0.3), often_zero(-3, 3, 0.5))
+    limit = int(rng.choice([1, 10, 100, 300]))
+    return Cloth(rows, columns, length, width, material=material, air=Air(1.2, 2.0),
+                 stepping=Stepping(substeps_limit=limit))
+
+
+@pytest.mark.parametrize('seed', range(10))
+def test_random_extremes_stay_bounded(seed):
+    """
+    30 cloths a seed: nothing moves much faster than the wind and the fall could make it.
+
+    Speeds overshoot the wind where a taut cloth whips; a scheme that diverges is beyond any factor.
+    """
+    rng = np.random.default_rng(seed)
+    for _ in range(30):
+        cloth = random_cloth(rng)
+        wind = rng.normal(size=3)
+        wind *= rng.uniform(0.0, 200.0) / np.linalg.norm(wind)
+        dt = 10.0**rng.uniform(-5.0, 0.0)
+        for frame in range(8):
+            cloth.advance(dt, wind)
+            if frame == 4:
+                wind = -wind
+        assert np.isfinite(cloth.positions).all()
+        pace = np.linalg.norm(wind) + 8.0 * 9.81 * dt
+        assert np.abs(cloth.velocities).max() < 20.0 * pace
+
+
+def test_a_cloth_without_stiffness_falls_for_minutes():
+    """Nothing holds it, so it flies away; its numbers stay numbers."""
+    cloth = Cloth(5, 7, material=Material(stiffness=0.0, shear_stiffness=0.0))
+    for _ in range(600):
+        cloth.advance(0.5, (100.0, 20.0, 0.0))
+    assert np.isfinite(cloth.positions).all()
+    assert np.isfinite(cloth.normals()).all()
+
+
+def test_the_energies_and_the_bound_speak_of_the_same_springs():
+    """The stiffest wave, put on a free sheet, has the frequency that the bound says."""
+    mesh = Mesh(9, 9, 1.0, 1.0, pinned=False)
+    model = Model(mesh, Material(shear_stiffness=0.0, bend_stiffness=5.0))
+    rows, columns = np.indices((9, 9))
+    rest = mesh.rest((0.0, 0.0, 0.0))
+    wave = rest.copy()
+    wave[..., 1] += 1e-4 * (-1.0)**(rows + columns)
+    energy = bending_energy(model, wave) + elastic_energy(model, rest)
+    inertia = 0.5 * 1e-8 * model.mass.sum()
+    assert math.sqrt(energy / inertia) < frequency_bound(model)

@@ -1,0 +1,76 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Light against Lambert's law written by hand."""
+import math
+
+from flag_sim.drawing import Light, Material
+from flag_sim.drawing.light import shade
+
+import numpy as np
+
+import pytest
+
+
+def test_direction():
+    assert Light(azimuth=0.0, elevation=0.0).direction == pytest.approx((1, 0, 0))
+    assert Light(azimuth=math.pi / 2, elevation=0.0).direction == pytest.approx((0, 1, 0))
+    assert Light(elevation=math.pi / 2).direction == pytest.approx((0, 0, 1))
+
+
+def test_lamberts_law_on_both_sides():
+    rng = np.random.default_rng(1)
+    normals = rng.normal(size=(500, 3))
+    light = Light(azimuth=0.4, elevation=0.6, intensity=0.7, ambient=0.2)
+    material = Material((200, 100, 50), diffuse=0.9)
+    cosine = (normals / np.linalg.norm(normals, axis=1)[:, None]) @ light.direction
+    level = 0.2 + 0.7 * 0.9 * np.maximum([cosine, -cosine], 0.0)
+    expected = level[:, :, None] * np.array([200, 100, 50])
+    np.testing.assert_allclose(shade(normals, material, light), expected, rtol=1e-12)
+
+
+def test_the_length_of_a_normal_does_not_matter():
+    normals = np.array([[0.0, 0.0, 1e-9], [0.0, 0.0, 1.0], [0.0, 0.0, 1e9]])
+    colours = shade(normals, Material(), Light())[0]
+    np.testing.assert_allclose(colours - colours[0], 0.0, atol=1e-9)
+
+
+def test_bright_colours_stop_at_255():
+    colours = shade(np.array([[0.0, 0.0, 1.0]]), Material((255, 128, 1)),
+                    Light(elevation=math.pi / 2, intensity=100.0))
+    np.testing.assert_array_equal(colours[0, 0, :2], [255, 255])
+    assert colours[0, 0, 2] == pytest.approx(100.35)
+
+
+def test_a_sun_below_the_ground_leaves_ambient_light():
+    normals = np.array([[0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
+    light = Light(azimuth=0.0, elevation=-0.1, intensity=5.0, ambient=0.5)
+    np.testing.assert_allclose(shade(normals, Material((100, 100, 100)), light), 50.0)
+
+
+@pytest.mark.parametrize('normal', [
+    (0.0, 0.0, 0.0), (math.nan, 0.0, 1.0), (math.inf, 0.0, 0.0), (1e200, 1e200, 0.0)])
+def test_a_normal_that_is_none_gets_ambient_light(normal):
+    colours = shade(np.array([normal]), Material((100, 100, 100)), Light(ambient=0.5))
+    np.testing.assert_allclose(colours, 50.0)
+
+
+@pytest.mark.parametrize('kind, name, value', [
+    (Light, 'azimuth', math.nan), (Light, 'elevation', math.inf), (Light, 'intensity', -1.0),
+    (Light, 'ambient', -0.1), (Light, 'ambient', math.inf), (Material, 'color', (1, 2)),
+    (Material, 'color', (0, 0, 256)), (Material, 'color', (-1, 0, 0)),
+    (Material, 'color', (math.nan, 0, 0)), (Material, 'diffuse', -1.0)])
+def test_impossible_values_are_refused_by_name(kind, name, value):
+    with pytest.raises(ValueError, match=name):
+        kind(**{name: value})

@@ -1,0 +1,305 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Whole frames against rays cast by hand, formulas and one another."""
+import math
+
+from flag_sim.drawing import Camera, Light, Material, Materials, Picture, Scene, Style
+from flag_sim.drawing.mesh import grid_triangles
+from flag_sim.drawing.scene import platform_mesh, pole_mesh
+
+import numpy as np
+
+import pytest
+
+NOTHING = Scene(pole_visible=False, platform_visible=False)
+WHITE = Materials(flag=Material((255, 255, 255)))
+
+
+def wave(rows=21, columns=31, phase=0.0):
+    """Make a flag on its pole, with waves."""
+    s, z = np.meshgrid(np.linspace(0.0, 2.25, columns), np.linspace(8.9, 7.4, rows))
+    y = 0.3 * s + 0.15 * s * np.sin(5.0 * s + z - phase)
+    return np.stack([0.05 + s, y, z - 0.1 * s], axis=-1)
+
+
+def cast_rays(camera, flag, scene):
+    """
+    Find the nearest surface through each pixel's centre by Moeller and Trumbore.
+
+    Return depth (height, width), +inf where nothing is. Backs of closed bodies do not count.
+    """
+    segments = scene.segments(camera)
+    surfaces = [(flag.reshape(-1, 3), grid_triangles(*flag.shape[:2]), True)]
+    for mesh in (pole_mesh(scene, segments), platform_mesh(scene, segments)):
+        surfaces.append((mesh.vertices, mesh.triangles, False))
+    v, u = np.mgrid[:camera.height, :camera.width]
+    x, y = ((u - camera.centre[0]) / camera.focal).ravel(), \
+        ((v - camera.centre[1]) / camera.focal).ravel()
+    nearest = np.full(x.size, np.inf)
+    turn = camera.pose_inverse[:3, :3]
+    if camera.is_perspective:
+        origins = np.tile(camera.position, (x.size, 1))
+        ways = np.column_stack([x, y, np.ones_like(x)]) @ turn.T
+    else:
+        origins = camera.position + np.column_stack([x, y, np.zeros_like(x)]) @ turn.T
+        ways = np.tile(turn[:, 2], (x.size, 1))
+    for vertices, triangles, two_sided in surfaces:
+        for a, b, c in vertices[triangles]:
+            h = np.cross(ways, c - a)
+            determinant = h @ (b - a)
+            with np.errstate(divide='ignore', invalid='ignore'):
+                s = origins - a
+                k = np.cross(s, b - a)
+                p = np.einsum('ij,ij->i', s, h) / determinant
+                q = np.einsum('ij,ij->i', ways, k) / determinant
+                t = k @ (c - a) / determinant
+                hit = (p >= 0) & (q >= 0) & (p + q <= 1) & (t >= camera.near) & (t < nearest)
+            # A ray that meets the front has a positive determinant.
+            hit &= (determinant != 0) if two_sided else (determinant > 0)
+            nearest[hit] = t[hit]
+    return nearest.reshape(camera.height, camera.width)
+
+
+VIEWS = {
+    'default': {},
+    'behind': {'azimuth': 1.2, 'elevation': 0.3, 'distance': 7.0},
+    'platform': {'target': (0, 0, 0.2), 'distance': 2.5, 'elevation': 0.5},
+    'below': {'target': (0, 0, 0), 'distance': 1.5, 'elevation': -1.2},
+    'straight down': {'target': (0, 0, 5), 'distance': 8.0, 'elevation': math.pi / 2},
+    'straight up': {'target': (0.7, 0.2, 5), 'distance': 6.0, 'elevation': -math.pi / 2,
+                    'vertical_fov': 1.0},
+    'within the cloth': {'target': (1.2, 0.45, 8.2), 'distance': 0.0, 'azimuth': 0.4,
+                         'elevation': 0.2, 'vertical_fov': 2.0},
+    'along the cloth, rolled': {'target': (1.0, 0.3, 8.2), 'distance': 0.3, 'azimuth': 3.3,
+                                'roll': 0.7, 'vertical_fov': 1.8},
+    'on the platform': {'target': (0.2, 0.2, 0.35), 'distance': 0.1, 'azimuth': 0.6,
+                        'elevation': 0.1, 'vertical_fov': 2.4},
+    'orthographic': {'projection': 'orthographic', 'elevation': 0.4},
+    'orthographic, cut by the near plane': {'projection': 'orthographic', 'scale': 4.0,
+                                            'distance': 0.0, 'azimuth': 0.3},
+}
+
+
+@pytest.mark.parametrize('view', VIEWS)
+def test_mask_and_depth_against_rays(view):
+    camera = Camera(width=120, height=90, **VIEWS[view])
+    picture, flag = Picture(), wave(11, 16)
+    picture.draw(flag, camera=camera)
+    depth, expected = picture.depth(), cast_rays(camera, flag, Scene())
+    drawn, cast = np.isfinite(depth), np.isfinite(expected)
+    assert cast.any()
+    # Corners are snapped to 1/256 pixel: a ray within that of a silhouette may differ.
+    assert np.sum(drawn != cast) <= 0.001 * drawn.size
+    both = drawn & cast
+    error = np.abs(depth[both] / expected[both] - 1.0)
+    assert np.mean(error > 1e-3) <= 0.002
+    assert np.median(error) < 2e-6
+
+
+def test_a_vertex_is_where_pose_and_projection_say():
+    camera = Camera(width=321, height=203, azimuth=-1.2, elevation=0.3, roll=0.2)
+    picture = Picture()
+    for point in ((0.5, 0.1, 8.0), (1.9, -0.3, 8.7), (1.0, 0.0, 7.3)):
+        # A tiny square about the point, that must be drawn about its pixel.
+        x, y = np.meshgrid([-0.02, 0.02], [0.02, -0.02])
+        square = np.array(point) + x[..., None] * camera.pose[0, :3] + \
+            y[..., None] * camera.pose[1, :3]
+        picture.draw(square, camera=camera, scene=NOTHING)
+        v, u = np.nonzero(np.isfinite(picture.depth()))
+        image = camera.P @ camera.pose @ np.array([*point, 1.0])
+        assert u.mean() == pytest.approx(image[0] / image[2], abs=0.5)
+        assert v.mean() == pytest.approx(image[1] / image[2], abs=0.5)
+        assert len(u) == pytest.approx((0.04 * camera.focal / image[2]) ** 2, rel=0.3)
+
+
+def test_a_plane_has_its_depth_and_colour():
+    # y = 1 + x / 2, seen from the origin along +y: depth 1 / (1 - p / 2), p the ray's slope.
+    camera = Camera(width=200, height=100, target=(0, 0, 0), distance=0.0, azimuth=-math.pi / 2,
+                    elevation=0.0, vertical_fov=1.0)
+    x, z = np.meshgrid([-5.0, 1.9], [3.0, -3.0])
+    light = Light(azimuth=-1.0, elevation=0.3, intensity=0.6, ambient=0.2)
+    picture = Picture()
+    rgb = picture.draw(np.stack([x, 1 + x / 2, z], -1), camera=camera, light=light,
+                       materials=WHITE, scene=NOTHING)
+    slope = (np.arange(200) - 99.5) / camera.focal
+    expected = np.broadcast_to(1 / (1 - slope / 2), (100, 200))
+    np.testing.assert_allclose(picture.depth(), expected, rtol=2e-4)
+    cosine = np.dot(np.array([0.5, -1.0, 0.0]) / math.sqrt(1.25), light.direction)
+    assert np.unique(rgb) == round(255 * (0.2 + 0.6 * cosine))
+
+
+def test_a_sphere_has_its_silhouette_depth_and_light():
+    centre, radius = np.array([1.0, 0.0, 8.0]), 0.8
+    polar, around = np.meshgrid(np.linspace(0, math.pi, 181), np.linspace(0, 2 * math.pi, 361),
+                                indexing='ij')
+    normals = np.stack([np.sin(polar) * np.sin(around), np.sin(polar) * np.cos(around),
+                        np.cos(polar)], axis=-1)
+    camera = Camera(width=300, height=220, target=centre, distance=4.0, elevation=0.2)
+    light = Light(azimuth=-1.5, elevation=0.4, intensity=0.7, ambient=0.2)
+    picture = Picture()
+    # Around runs from y to x: along the rows it is clockwise, and the front is outside in.
+    rgb = picture.draw(centre + radius * normals, -normals, camera, light, WHITE, NOTHING,
+                       Style(interpolation='perspective'))
+    depth = picture.depth()
+
+    v, u = np.mgrid[:220, :300]
+    ways = np.stack([(u - camera.centre[0]) / camera.focal, (v - camera.centre[1]) / camera.focal,
+                     np.ones(u.shape)], axis=-1) @ camera.pose[:3, :3]
+    to_centre = centre - camera.position
+    square, along = np.sum(ways ** 2, axis=-1), ways @ to_centre
+    root = along ** 2 - square * (to_centre @ to_centre - radius ** 2)
+    well_inside, outside = root > 0.02, root < 0
+    assert not np.isfinite(depth[outside]).any()
+    exact = (along - np.sqrt(np.maximum(root, 0))) / square
+    np.testing.assert_allclose(depth[well_inside], exact[well_inside], rtol=1e-3)
+    hits = camera.position + exact[..., None] * ways
+    cosine = ((hits - centre) / radius) @ light.direction
+    level = 255 * (0.2 + 0.7 * np.maximum(cosine, 0))
+    # The terminator's kink lies between vertices.
+    away = well_inside & (np.abs(cosine) > 0.03)
+    assert np.abs(rgb[..., 0].astype(float) - level)[away].max() < 1.0
+
+
+def test_the_side_that_is_seen_is_lit():
+    x, z = np.meshgrid([0.5, 1.5], [8.5, 7.5])
+    square = np.stack([x, np.zeros((2, 2)), z], axis=-1)
+    light = Light(azimuth=-math.pi / 2, elevation=0.0, intensity=0.5, ambient=0.25)
+    for flag in (square, square[:, ::-1]):
+        levels = []
+        for azimuth in (-math.pi / 2, math.pi / 2):
+            rgb = Picture().draw(flag, None, Camera(azimuth=azimuth, target=(1, 0, 8)), light,
+                                 WHITE, NOTHING)
+            levels.append(int(rgb[240, 320, 0]))
+        # Sun and eye on one side: lit. Eye on the other side: in the shade.
+        assert levels == [191, 64]
+
+
+def test_flat_shading_gives_each_triangle_one_colour():
+    camera, flag = Camera(width=300, height=200), wave(3, 4)
+    flat = Picture().draw(flag, camera=camera, scene=NOTHING, style=Style(shading='flat'))
+    smooth = Picture().draw(flag, camera=camera, scene=NOTHING)
+    assert len(np.unique(flat.reshape(-1, 3), axis=0)) <= 2 * 2 * 3 + 1
+    assert len(np.unique(smooth.reshape(-1, 3), axis=0)) > 30
+
+
+def test_interpolations_differ_little_but_do():
+    camera = Camera(distance=0.7, azimuth=-0.6)
+    screen, perspective = (Picture().draw(
+        wave(5, 7), camera=camera, style=Style(interpolation=name)).astype(int)
+        for name in ('screen', 'perspective'))
+    assert 0 < np.abs(screen - perspective).max() < 60
+
+
+def test_given_normals_are_used_and_none_averages():
+    flag = wave()
+    own = Picture().draw(flag)
+    along, down = np.gradient(flag, axis=1), np.gradient(flag, axis=0)
+    given = Picture().draw(flag, np.cross(along, down))
+    assert 0 < np.abs(own.astype(int) - given).max() < 25
+    assert not np.array_equal(Picture().draw(flag, np.zeros_like(flag)), own)
+
+
+@pytest.mark.parametrize('width, height', [(1, 1), (1, 50), (50, 1), (3, 7), (7680, 4320)])
+def test_sizes(width, height):
+    picture = Picture()
+    # Two wide fields of view, so that the flag is in the middle even of one pixel.
+    rgb = picture.draw(wave(), camera=Camera(width=width, height=height))
+    assert rgb.shape == (height, width, 3)
+    assert rgb.dtype == np.uint8 and rgb.flags.c_contiguous
+    assert picture.depth().shape == (height, width)
+    assert picture.depth().dtype == np.float32
+    assert np.isfinite(picture.depth()[height // 2, width // 2])
+
+
+def test_one_picture_serves_cameras_and_grids_of_changing_size():
+    picture = Picture()
+    for width, rows in ((64, 5), (33, 9), (64, 5), (200, 2)):
+        camera = Camera(width=width, height=48)
+        np.testing.assert_array_equal(picture.draw(wave(rows, 7), camera=camera),
+                                      Picture().draw(wave(rows, 7), camera=camera))
+
+
+def test_background_is_where_nothing_is():
+    picture = Picture()
+    rgb = picture.draw(wave(), style=Style(background=(1, 2.6, 255)))
+    nothing = np.isinf(picture.depth())
+    assert 0.2 < nothing.mean() < 0.95
+    assert (rgb[nothing] == (1, 3, 255)).all()
+
+
+def test_the_same_input_gives_the_same_picture():
+    picture, flag = Picture(), wave()
+    first, depth = picture.draw(flag).copy(), picture.depth()
+    picture.draw(wave(phase=1.0), camera=Camera(projection='orthographic'))
+    np.testing.assert_array_equal(picture.draw(flag), first)
+    np.testing.assert_array_equal(picture.depth(), depth)
+    np.testing.assert_array_equal(Picture().draw(flag.copy()), first)
+
+
+def test_float32_vertices_are_as_good():
+    flag = wave().astype(np.float32)
+    np.testing.assert_array_equal(Picture().draw(flag), Picture().draw(flag.astype(float)))
+
+
+@pytest.mark.parametrize('bad', [math.nan, math.inf, -math.inf, 1e308])
+def test_a_bad_vertex_takes_its_triangles_alone(bad):
+    flag, picture = wave(), Picture()
+    good = picture.draw(flag, scene=NOTHING).copy()
+    flag[10, 15, 1] = bad
+    holed = picture.draw(flag, scene=NOTHING)
+    background = (180, 240, 240)
+    gone = (holed == background).all(-1) & ~(good == background).all(-1)
+    assert 100 < gone.sum() < 5000
+    flag[:] = bad
+    assert (picture.draw(flag, scene=NOTHING) == background).all()
+
+
+def test_the_default_camera_shows_the_whole_flag_and_the_tip():
+    camera = Camera()
+    for turn in (0.0, 0.25, 0.5):
+        s, z = np.meshgrid([0.0, 2.25], [8.9, 7.4])
+        flag = np.stack([0.05 + s * math.cos(turn), s * math.sin(turn), z], axis=-1)
+        picture = Picture()
+        picture.draw(flag, scene=NOTHING)
+        v, u = np.nonzero(np.isfinite(picture.depth()))
+        assert 20 < u.min() and u.max() < camera.width - 20
+        assert 20 < v.min() and v.max() < camera.height - 20
+        assert len(u) > 0.2 * camera.width * camera.height
+    tip = camera.P @ camera.pose @ np.array([0.0, 0.0, 9.1, 1.0])
+    assert 10 < tip[1] / tip[2] < camera.height / 2
+
+
+@pytest.mark.parametrize('shape', [(3,), (5, 3), (5, 5, 2), (1, 5, 3), (2, 5, 5, 3)])
+def test_vertices_of_another_shape_are_refused(shape):
+    with pytest.raises(ValueError, match='flag_vertices|grid'):
+        Picture().draw(np.zeros(shape))
+
+
+def test_normals_of_another_shape_are_refused():
+    with pytest.raises(ValueError, match='flag_normals'):
+        Picture().draw(wave(5, 5), np.zeros((5, 4, 3)))
+
+
+def test_depth_before_the_first_frame_is_refused():
+    with pytest.raises(ValueError, match='depth'):
+        Picture().depth()
+
+
+@pytest.mark.parametrize('name, value', [
+    ('background', (0, 0, 300)), ('background', (0, 0)), ('shading', 'phong'),
+    ('interpolation', 'none')])
+def test_a_style_that_is_none_is_refused(name, value):
+    with pytest.raises(ValueError, match=name):
+        Style(**{name: value})

@@ -1,0 +1,223 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Coverage against exact whole-number arithmetic, values against formulas."""
+from flag_sim.drawing.clipping import GUARD
+from flag_sim.drawing.rasterizer import fill, project
+from flag_sim.drawing.spans import unpack
+
+import numpy as np
+
+import pytest
+
+WIDTH, HEIGHT = 61, 43
+PLACES = 256
+
+
+def draw(corners, nearness=1.0, colours=255.0, is_correct=False, bands=1,
+         width=WIDTH, height=HEIGHT):
+    """Draw triangles of corners (m, 3, 2) [pixel]; return nearness and words, (height, width)."""
+    corners = np.asarray(corners, dtype=np.float64)
+    count = len(corners)
+    screen = np.empty((3 * count, 3))
+    screen[:, :2] = corners.reshape(-1, 2)
+    screen[:, 2] = np.ravel(np.broadcast_to(nearness, (count, 3)))
+    matter = np.empty((2, 3 * count, 3))
+    matter[:] = np.broadcast_to(colours, (count, 3, 3)).reshape(-1, 3)
+    triangles = np.arange(3 * count, dtype=np.int32).reshape(-1, 3)
+    depth, words = np.zeros(height * width, np.float32), np.zeros(height * width, np.uint32)
+    for band in range(bands):
+        fill(triangles, np.zeros_like(screen), screen, np.zeros(3 * count, np.uint8), matter,
+             False, True, 0.0, 0.0, 0.1, True, is_correct, band, bands, width, height, depth,
+             words)
+    return depth.reshape(height, width), words.reshape(height, width)
+
+
+def covered(places):
+    """Say by edge functions in whole numbers which pixels a triangle (3, 2) [places] covers."""
+    a, b, c = (np.asarray(corner, dtype=np.int64) for corner in places)
+    area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+    if area == 0:
+        return np.zeros((HEIGHT, WIDTH), bool)
+    if area < 0:
+        b, c = c, b
+    x, y = PLACES * np.arange(WIDTH), PLACES * np.arange(HEIGHT)[:, None]
+    inside = np.ones((HEIGHT, WIDTH), bool)
+    for begin, end in ((a, b), (b, c), (c, a)):
+        dx, dy = end - begin
+        edge = dx * (y - begin[1]) - dy * (x - begin[0])
+        is_top_or_left = dy < 0 or (dy == 0 and dx > 0)
+        inside &= edge >= 0 if is_top_or_left else edge > 0
+    return inside
+
+
+def some_triangles(kind, count, rng):
+    """Make triangles of a kind: (count, 3, 2) [places]."""
+    spread = np.array([WIDTH, HEIGHT]) * PLACES
+    triangles = rng.integers(-spread // 4, spread * 5 // 4, (count, 3, 2))
+    if kind == 'sliver':
+        # The third corner lies within two places of the line through the others.
+        along = rng.random((count, 1))
+        triangles[:, 2] = triangles[:, 0] + np.round(
+            along * (triangles[:, 1] - triangles[:, 0])) + rng.integers(-2, 3, (count, 2))
+    elif kind == 'small':
+        triangles = triangles[:, :1] + rng.integers(-400, 401, (count, 3, 2))
+    elif kind == 'centres':
+        triangles = triangles // PLACES * PLACES
+    elif kind == 'halves':
+        triangles = triangles // (PLACES // 2) * (PLACES // 2)
+    elif kind == 'axes':
+        triangles[:, 1, 1] = triangles[:, 0, 1]
+        triangles[:, 2, 0] = triangles[:, 0, 0]
+    elif kind == 'huge':
+        reach = int(GUARD) * PLACES
+        triangles = rng.integers(-reach, reach + 1, (count, 3, 2))
+        # A corner in the picture, or else most of them miss it.
+        triangles[:, 0] = rng.integers(0, spread, (count, 2))
+    elif kind == 'huge sliver':
+        # Opposite ends of the band, the line through them crossing the picture near a centre.
+        reach = int(GUARD) * PLACES
+        triangles[:, 0] = rng.integers(-reach, reach + 1, (count, 2))
+        centre = triangles[:, 2] // PLACES * PLACES
+        triangles[:, 1] = np.clip(2 * centre - triangles[:, 0], -reach, reach)
+        triangles[:, 2] = centre + rng.integers(-1, 2, (count, 2))
+    return triangles
+
+
+@pytest.mark.parametrize('kind', [
+    'random', 'sliver', 'small', 'centres', 'halves', 'axes', 'huge', 'huge sliver'])
+def test_coverage_is_exact(kind):
+    rng = np.random.default_rng(2021)
+    some = False
+    for triangle in some_triangles(kind, 1500, rng):
+        depth, _ = draw([triangle / PLACES])
+        expected = covered(triangle)
+        some |= expected.any()
+        np.testing.assert_array_equal(depth > 0, expected, err_msg=str(triangle))
+    assert some
+
+
+@pytest.mark.parametrize('scale', [1, PLACES])
+def test_a_shared_edge_mesh_has_no_gaps_and_no_doubles(scale):
+    rng = np.random.default_rng(7)
+    rows, columns = 9, 11
+    grid = np.stack(np.meshgrid(np.linspace(-8, WIDTH + 8, columns),
+                                np.linspace(-8, HEIGHT + 8, rows)), axis=-1)
+    grid += rng.uniform(-2, 2, grid.shape)
+    # Snapped to places, or to pixel centres, where every edge goes through centres.
+    grid = np.round(grid * PLACES / scale) * scale / PLACES
+    times = np.zeros((HEIGHT, WIDTH), int)
+    for i in range(rows - 1):
+        for j in range(columns - 1):
+            a, b, c, d = grid[i, j], grid[i, j + 1], grid[i + 1, j], grid[i + 1, j + 1]
+            for triangle in ((a, b, c), (d, c, b)):
+                times += draw([triangle])[0] > 0
+    np.testing.assert_array_equal(times, 1)
+
+
+def test_a_fan_about_a_pixel_centre_covers_it_once():
+    rng = np.random.default_rng(3)
+    for _ in range(100):
+        angles = 2 * np.pi / 9 * (np.arange(9) + rng.uniform(-0.4, 0.4, 9))
+        rim = np.round((np.column_stack([np.cos(angles), np.sin(angles)]) * 19 + (30, 21))
+                       * PLACES) / PLACES
+        rim = np.vstack([rim, rim[:1]])
+        times = sum((draw([[(30, 21), p, q]])[0] > 0).astype(int)
+                    for p, q in zip(rim[:-1], rim[1:]))
+        assert times.max() == 1 and times[21, 30] == 1
+
+
+def test_nearness_and_colour_are_planes():
+    corners = np.array([[(-5.0, -3.0), (70.0, 10.0), (8.0, 60.0)]])
+    nearness, colours = np.array([[0.2, 0.5, 0.9]]), np.diag([255.0, 200.0, 100.0])[None]
+    depth, words = draw(corners, nearness, colours)
+    v, u = np.nonzero(depth)
+    ones = np.column_stack([corners[0], np.ones(3)])
+    weights = np.column_stack([u, v, np.ones(len(u))]) @ np.linalg.inv(ones)
+    np.testing.assert_allclose(depth[v, u], weights @ nearness[0], rtol=1e-6)
+    levels = words[v, u][:, None] >> np.array([0, 8, 16], np.uint32) & 255
+    np.testing.assert_allclose(levels, weights @ colours[0], atol=0.5 + 1e-3)
+
+
+def test_perspective_correct_colour_is_linear_in_space():
+    corners = np.array([[(-5.0, -3.0), (70.0, 10.0), (8.0, 60.0)]])
+    nearness, colours = np.array([[0.1, 0.5, 1.0]]), np.diag([255.0, 200.0, 100.0])[None]
+    depth, words = draw(corners, nearness, colours, is_correct=True)
+    v, u = np.nonzero(depth)
+    ones = np.column_stack([corners[0], np.ones(3)])
+    weights = np.column_stack([u, v, np.ones(len(u))]) @ np.linalg.inv(ones) * nearness[0]
+    weights /= weights.sum(axis=1)[:, None]
+    levels = words[v, u][:, None] >> np.array([0, 8, 16], np.uint32) & 255
+    np.testing.assert_allclose(levels, weights @ colours[0], atol=0.5 + 1e-3)
+
+
+def test_the_nearer_wins_in_any_order():
+    corners = [[(0, 0), (50, 0), (0, 40)], [(5, 5), (60, 8), (2, 42)]]
+    nearness = [[0.1, 0.9, 0.5], [0.6, 0.2, 0.4]]
+    colours = [[[250] * 3] * 3, [[20] * 3] * 3]
+    first = draw(corners, nearness, colours)
+    second = draw(corners[::-1], nearness[::-1], colours[::-1])
+    np.testing.assert_array_equal(first, second)
+
+
+def test_row_bands_make_the_same_picture():
+    rng = np.random.default_rng(5)
+    corners = some_triangles('random', 300, rng) / PLACES
+    nearness, colours = rng.uniform(0.1, 1, (300, 3)), rng.uniform(0, 255, (300, 3, 3))
+    whole = draw(corners, nearness, colours)
+    for bands in (2, 3, 7):
+        np.testing.assert_array_equal(draw(corners, nearness, colours, bands=bands), whole)
+
+
+def test_colours_of_slivers_do_not_wrap():
+    rng = np.random.default_rng(6)
+    corners = some_triangles('sliver', 3000, rng) / PLACES
+    colours = np.tile([[0.0, 255.0, 128.0], [0.0, 255.0, 128.0], [0.0, 255.0, 128.0]],
+                      (3000, 1, 1))
+    for is_correct in (False, True):
+        _, words = draw(corners, rng.uniform(0.1, 1, (3000, 3)), colours, is_correct)
+        assert set(np.unique(words)) <= {0, 128 << 16 | 255 << 8}
+
+
+def test_hostile_vertices_write_nothing_outside():
+    rng = np.random.default_rng(8)
+    values = [0.0, 1.0, -1.0, 0.05, 1e3, -1e3, 1e15, 1e30, -1e30, 1e300, 1e308, -1e308, 5e-324,
+              np.inf, -np.inf, np.nan]
+    vertices = rng.choice(values, (12000, 3)) * rng.choice([1.0, 0.37], (12000, 1))
+    ordinary = rng.random(12000) < 0.5
+    vertices[ordinary] = rng.uniform(-3, 3, (ordinary.sum(), 3))
+    triangles = np.arange(12000, dtype=np.int32).reshape(-1, 3)
+    matrix = np.diag([40.0, 40.0, 1.0, 1.0])
+    size, margin = WIDTH * HEIGHT, 500
+    for is_perspective in (True, False):
+        view, screen = np.empty((12000, 3)), np.empty((12000, 3))
+        where = np.empty(12000, np.uint8)
+        project(vertices, matrix, 30.0, 21.0, 0.05, is_perspective, view, screen, where)
+        # The image lies between margins that must stay as they are.
+        depth = np.full(size + 2 * margin, np.float32(-1e30))
+        words = np.full(size + 2 * margin, 77, np.uint32)
+        fill(triangles, view, screen, where, np.full((2, 12000, 3), 128.0), False, True,
+             30.0, 21.0, 0.05, is_perspective, True, 0, 1, WIDTH, HEIGHT,
+             depth[margin:margin + size], words[margin:margin + size])
+        for buffer, clear in ((depth, np.float32(-1e30)), (words, 77)):
+            assert (buffer[:margin] == clear).all() and (buffer[-margin:] == clear).all()
+        assert np.isfinite(depth).all()
+        assert set(np.unique(words)) == {77, 128 | 128 << 8 | 128 << 16}
+
+
+def test_unpack():
+    words = np.array([0x030201, 0x060504, 0x090807, 0x0c0b0a], np.uint32)
+    out = np.zeros(3, np.uint32)
+    unpack(words, out)
+    np.testing.assert_array_equal(out.view(np.uint8), np.arange(1, 13))
