@@ -105,7 +105,7 @@ def plan(dt, omega, gamma, largest_step, stepping):
         kept = _bisect(lambda rate: largest_step(omega, rate) >= needed, kept, gamma)
         return Plan(demanded, granted, 1.0, kept / gamma)
     factor = largest_step(omega, kept) / needed
-    return Plan(demanded, granted, factor**2, factor * kept / gamma if gamma else 1.0)
+    return Plan(demanded, granted, factor**2, factor * kept / gamma if gamma > 0.0 else 1.0)
 
 
 def _count(ratio):

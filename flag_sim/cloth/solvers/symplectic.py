@@ -72,23 +72,31 @@ def _advance(position, velocity, position_out, velocity_out, wind, mass, inverse
     keep = 1.0 / (1.0 + dt * coefficients.node_damping)
     for _ in range(count):
         set_forces(position, velocity, wind, mass, weights, coefficients, work, dt, span)
-        for axis in range(3):
-            _update(position[axis], velocity[axis], work.force[axis], inverse_mass,
-                    position_out[axis], velocity_out[axis], dt, keep, span)
+        _update(position, velocity, work.force, inverse_mass, position_out, velocity_out, dt, keep,
+                span)
         position, position_out = position_out, position
         velocity, velocity_out = velocity_out, velocity
 
 
 @kernel
-def _update(x, v, f, inverse_mass, x_out, v_out, dt, keep, span):
+def _update(position, velocity, force, inverse_mass, position_out, velocity_out, dt, keep, span):
     """
-    Move the nodes along one axis.
+    Move the nodes; pins and ghosts have no inverse mass and stay.
 
     keep: what node damping leaves of a velocity in a step, taken implicitly: 1 / (1 + dt nu).
     """
+    x, y, z = position
+    vx, vy, vz = velocity
+    fx, fy, fz = force
+    x_out, y_out, z_out = position_out
+    vx_out, vy_out, vz_out = velocity_out
     first, last, _ = span
     for i in range(first, last):
-        a = f[i] * inverse_mass[i]      # 1.7, 1.8
-        v_new = (v[i] + dt * a) * keep  # 1.9
-        v_out[i] = v_new
-        x_out[i] = x[i] + dt * v_new    # 1.10, in metres per second
+        t_m = dt * inverse_mass[i]            # a = t F / m: 1.7, 1.8
+        ux = (vx[i] + t_m * fx[i]) * keep     # v = v0 + a: 1.9
+        uy = (vy[i] + t_m * fy[i]) * keep
+        uz = (vz[i] + t_m * fz[i]) * keep
+        vx_out[i], vy_out[i], vz_out[i] = ux, uy, uz
+        x_out[i] = x[i] + dt * ux             # x = x0 + v: 1.10, with v in metres per second
+        y_out[i] = y[i] + dt * uy
+        z_out[i] = z[i] + dt * uz

@@ -1,0 +1,87 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""A node of the tests' own that listens, talks and sets parameters beside the real ones."""
+import time
+
+from flag_sim.nodes.life import bring_profile
+from flag_sim.nodes.topics import publish, subscribe
+import rclpy
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter, parameter_value_to_python
+from rclpy.parameter_client import AsyncParameterClient
+
+
+class Watcher:
+    """A node in a ROS context and a domain of its own; it is spun while it waits."""
+
+    def __init__(self, domain):
+        bring_profile()
+        self._context = Context()
+        rclpy.init(context=self._context, domain_id=domain)
+        self.node = Node('watcher', context=self._context)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self.node)
+
+    def spin(self, seconds=0.05):
+        """Let messages come in for a while."""
+        self._executor.spin_once(timeout_sec=seconds)
+
+    def publisher(self, topic):
+        """Return a publisher of one of the package's topics."""
+        return publish(self.node, topic)
+
+    def listen(self, topic):
+        """Return a list that grows with every message on one of the package's topics."""
+        heard = []
+        subscribe(self.node, topic, heard.append)
+        return heard
+
+    def parameters_of(self, node):
+        """Return a client of a node's parameters, once it can be reached."""
+        client = AsyncParameterClient(self.node, node)
+        eventually(client.services_are_ready, self)
+        return client
+
+    def _result(self, future):
+        eventually(future.done, self)
+        return future.result()
+
+    def get(self, client, name):
+        """Return the value of a parameter."""
+        return parameter_value_to_python(self._result(client.get_parameters([name])).values[0])
+
+    def set(self, client, name, value):
+        """Set a parameter as `ros2 param set` does; return the result."""
+        parameter = Parameter(name, value=value)
+        return self._result(client.set_parameters([parameter])).results[0]
+
+    def __enter__(self):
+        """Return self."""
+        return self
+
+    def __exit__(self, *_):
+        """Leave the graph."""
+        self._executor.shutdown()
+        rclpy.shutdown(context=self._context)
+
+
+def eventually(condition, watcher, seconds=40.0):
+    """Spin until `condition()` holds; fail if it does not in time."""
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, 'waited in vain'
+        watcher.spin()

@@ -1,0 +1,237 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The cloth as its users meet it: dials that change, grids that change, input that is wrong."""
+import dataclasses
+import math
+import time
+
+from flag_sim.cloth import Air, Cloth, Diverged, Material, Stepping
+from flag_sim.cloth.mesh import Mesh, resample
+from flag_sim.cloth.normals import node_normals
+import numpy as np
+import pytest
+
+WIND = (5.0, 2.0, 0.5)
+
+
+def running(frames=10, **dials):
+    """Return a cloth that has been in the wind for some frames."""
+    cloth = Cloth(9, 13, **dials)
+    for _ in range(frames):
+        cloth.advance(0.02, WIND)
+    return cloth
+
+
+def test_it_starts_flat_along_x_below_its_upper_hoist_corner():
+    """Row 0 is the upper edge, column 0 the hoist; z is up."""
+    cloth = Cloth(3, 5, 2.0, 1.0, (0.05, 0.0, 8.9))
+    assert cloth.positions.shape == (3, 5, 3) and cloth.positions.dtype == np.float64
+    assert cloth.positions[0, 0] == pytest.approx((0.05, 0.0, 8.9))
+    assert cloth.positions[0, 4] == pytest.approx((2.05, 0.0, 8.9))
+    assert cloth.positions[2, 4] == pytest.approx((2.05, 0.0, 7.9))
+    assert np.all(cloth.velocities == 0.0)
+    np.testing.assert_array_equal(cloth.normals(), np.broadcast_to((0.0, 1.0, 0.0), (3, 5, 3)))
+
+
+def test_pins_stay_to_the_bit_and_the_rest_moves():
+    """The hoist is where it was hung."""
+    cloth = Cloth(9, 13)
+    start = cloth.positions
+    for _ in range(5):
+        cloth.advance(0.02, WIND)
+    assert np.array_equal(cloth.positions[:, 0], start[:, 0])
+    assert np.all(cloth.positions[:, 1:] != start[:, 1:])
+
+
+def test_same_input_same_output_to_the_bit():
+    """Also after a reset."""
+    first, second = running(), running()
+    assert np.array_equal(first.positions, second.positions)
+    assert np.array_equal(first.velocities, second.velocities)
+    second.reset()
+    for _ in range(10):
+        second.advance(0.02, WIND)
+    assert np.array_equal(first.positions, second.positions)
+
+
+@pytest.mark.parametrize('changes', [
+    {'material': Material(stiffness=50.0)}, {'material': Material(stiffness=3e5)},
+    {'material': Material(damping=0.0)}, {'material': Material(bend_stiffness=0.0)},
+    {'material': Material(area_density=2.0)}, {'air': Air(density=0.0)}, {'gravity': 0.0},
+    {'stepping': Stepping(substeps=200)}, {'solver': 'symplectic'}], ids=str)
+def test_dials_change_between_frames_without_a_jump(changes):
+    """The state stays as it is; the next frame goes by the new dial."""
+    cloth, same = running(), running()
+    before = cloth.positions
+    for name, value in changes.items():
+        setattr(cloth, name, value)
+        assert getattr(cloth, name) == value
+    assert np.array_equal(cloth.positions, before)
+    cloth.advance(1e-3, WIND)
+    same.advance(1e-3, WIND)
+    moved = np.abs(cloth.positions - before).max()
+    assert 0.0 < moved < 0.02
+    if 'solver' not in changes:
+        assert not np.array_equal(cloth.positions, same.positions)
+
+
+def test_whole_numbers_count_as_numbers():
+    """Dials of 1000 and 1000.0 are one dial, to the bit and without compiling anew."""
+    whole = running(material=Material(1, 1000, 500, 0, 0, 0), air=Air(1, 1), gravity=9)
+    real = running(material=Material(1.0, 1000.0, 500.0, 0.0, 0.0, 0.0), air=Air(1.0, 1.0),
+                   gravity=9.0)
+    assert np.array_equal(whole.positions, real.positions)
+
+
+@pytest.mark.parametrize('grid', [(17, 25), (9, 13), (5, 7), (2, 2), (30, 4)], ids=str)
+def test_a_new_grid_keeps_the_motion(grid):
+    """Nodes of the new grid lie on the old cloth; edges and corners stay."""
+    cloth = running()
+    old, speed = cloth.positions, cloth.velocities
+    cloth.regrid(*grid)
+    new = cloth.positions
+    assert new.shape == grid + (3,)
+    for corner in ((0, 0), (0, -1), (-1, 0), (-1, -1)):
+        np.testing.assert_allclose(new[corner], old[corner], atol=1e-12)
+        np.testing.assert_allclose(cloth.velocities[corner], speed[corner], atol=1e-12)
+    if grid == (17, 25):
+        np.testing.assert_allclose(new[::2, ::2], old, atol=1e-12)
+        np.testing.assert_allclose(new[1::2, ::2], 0.5 * (old[1:] + old[:-1]), atol=1e-12)
+    steps = cloth.advance(0.02, WIND)
+    assert steps.stiffness_factor == 1.0
+    assert np.abs(cloth.positions - new).max() < 0.5
+
+
+def test_resampling_is_exact_for_bilinear_fields():
+    """A field that is bilinear over the cloth comes through any grid unchanged."""
+    def field(rows, columns):
+        v, u = np.meshgrid(np.linspace(0, 1, rows), np.linspace(0, 1, columns), indexing='ij')
+        return np.stack([u, v, 1.0 + 2.0 * u - v + 3.0 * u * v], axis=-1)
+
+    np.testing.assert_allclose(resample(field(5, 8), 11, 3), field(11, 3), atol=1e-14)
+
+
+def test_a_new_size_or_place_starts_at_rest():
+    """The flag is hung anew."""
+    cloth = running()
+    cloth.hang((0.1, 0.2, 5.0), 3.0, 2.0)
+    np.testing.assert_array_equal(cloth.positions,
+                                  Mesh(9, 13, 3.0, 2.0).rest((0.1, 0.2, 5.0)))
+    assert cloth.hoist_top == (0.1, 0.2, 5.0)
+    assert np.all(cloth.velocities == 0.0)
+
+
+def test_a_bad_state_is_not_let_out():
+    """The frame's start is held, the reason is told, and the cloth goes on after a reset."""
+    cloth = running()
+    fast = np.zeros((9, 13, 3))
+    fast[4, 5] = 1e11
+    cloth.place(cloth.positions, fast)
+    start = cloth.positions
+    with pytest.raises(Diverged, match='beyond'):
+        cloth.advance(0.02, WIND)
+    assert np.array_equal(cloth.positions, start)
+    cloth.reset()
+    cloth.advance(0.02, WIND)
+    assert np.isfinite(cloth.positions).all()
+
+
+@pytest.mark.parametrize('arguments, rule', [
+    ({'rows': 1}, 'grid.rows must be between 2'),
+    ({'columns': 0}, 'grid.columns must be between 2'),
+    ({'rows': 2.5}, 'grid.rows must be a whole number, not 2.5'),
+    ({'rows': 100000, 'columns': 100000}, 'grid.rows x grid.columns must be at most'),
+    ({'length': 0.0}, 'flag.length must be between'),
+    ({'width': math.nan}, 'flag.width must be finite, not nan'),
+    ({'hoist_top': (0.0, 1.0)}, 'hoist_top must have shape (3,), not (2,)'),
+    ({'hoist_top': (0.0, 1.0, math.inf)}, 'hoist_top must be finite'),
+    ({'gravity': math.nan}, 'gravity must be finite, not nan'),
+    ({'solver': 'magic'}, "solver must be one of ['symplectic'], not 'magic'")])
+def test_bad_cloths_are_refused(arguments, rule):
+    """The message names the rule and the value."""
+    with pytest.raises(ValueError) as error:
+        Cloth(**arguments)
+    assert rule in str(error.value)
+
+
+@pytest.mark.parametrize('change, rule', [
+    (lambda cloth: cloth.advance(0.0), 'dt must be greater than 0, not 0'),
+    (lambda cloth: cloth.advance(-0.1), 'dt must be greater than 0, not -0.1'),
+    (lambda cloth: cloth.advance(math.nan), 'dt must be finite, not nan'),
+    (lambda cloth: cloth.advance(1e6), 'dt must be between'),
+    (lambda cloth: cloth.advance(0.02, (1.0, 2.0)), 'wind must have shape (3,), not (2,)'),
+    (lambda cloth: cloth.advance(0.02, (1.0, 2.0, math.nan)), 'wind must be finite'),
+    (lambda cloth: cloth.advance(0.02, 'north'), "wind must hold numbers, not 'north'"),
+    (lambda cloth: cloth.regrid(1, 5), 'grid.rows must be between 2'),
+    (lambda cloth: cloth.hang((0.0, 0.0, 1.0), -1.0, 1.0), 'flag.length must be between'),
+    (lambda cloth: cloth.place(np.zeros((2, 2, 3))), 'positions must have shape (9, 13, 3)'),
+    (lambda cloth: cloth.place(cloth.positions, np.full((9, 13, 3), np.nan)),
+     'velocities must be finite'),
+    (lambda cloth: setattr(cloth, 'solver', 'magic'), 'solver must be one of'),
+    (lambda cloth: setattr(cloth, 'gravity', 'down'), "gravity must be a number, not 'down'")])
+def test_bad_changes_are_refused_and_change_nothing(change, rule):
+    """The cloth goes on exactly as if they had not been asked for."""
+    cloth, same = running(3), running(3)
+    with pytest.raises(ValueError) as error:
+        change(cloth)
+    assert rule in str(error.value)
+    cloth.advance(0.02, WIND)
+    same.advance(0.02, WIND)
+    assert np.array_equal(cloth.positions, same.positions)
+
+
+def test_terms_with_coefficient_zero_are_as_if_they_were_not_there():
+    """They neither ask for steps nor leave a trace of the term in the work arrays."""
+    stiff = Cloth(5, 7, material=Material(stiffness=1e4, damping=0.5))
+    stiff.advance(0.01, WIND)
+    off = dataclasses.replace(stiff.material, stiffness=0.0, shear_stiffness=0.0,
+                              bend_stiffness=0.0)
+    stiff.material = off
+    fresh = Cloth(5, 7, material=off)
+    fresh.place(stiff.positions, stiff.velocities)
+    assert stiff.advance(0.01, WIND) == fresh.advance(0.01, WIND) == (1, 1, 1.0, 1.0)
+    assert np.array_equal(stiff.positions, fresh.positions)
+
+
+def test_normals_of_a_sphere_point_away_from_its_centre():
+    """Averaged over faces, they are the surface's to second order in the spacing."""
+    def worst(count):
+        v, u = np.meshgrid(np.linspace(1.0, 2.0, count), np.linspace(0.0, 1.0, count),
+                           indexing='ij')
+        sphere = np.stack([np.sin(v) * np.sin(u), np.sin(v) * np.cos(u), np.cos(v)], axis=-1)
+        normals = node_normals(sphere)
+        np.testing.assert_allclose(np.linalg.norm(normals, axis=-1), 1.0, atol=1e-14)
+        return np.abs(normals - sphere)[1:-1, 1:-1].max()
+
+    assert worst(11) < 1e-2
+    assert worst(21) < 0.3 * worst(11)
+
+
+def test_normals_of_a_collapsed_cloth_are_still_unit_vectors():
+    """Where there is no face there is a default."""
+    np.testing.assert_array_equal(node_normals(np.ones((3, 4, 3))),
+                                  np.broadcast_to((0.0, 1.0, 0.0), (3, 4, 3)))
+
+
+def test_a_frame_costs_little_beyond_its_steps():
+    """A frame of one step on the smallest grid: less than 0.2 ms even on a busy machine."""
+    cloth = Cloth(2, 2, stepping=Stepping(substeps_limit=1))
+    cloth.advance(1e-3, WIND)
+    times = []
+    for _ in range(200):
+        start = time.perf_counter()
+        cloth.advance(1e-3, WIND)
+        times.append(time.perf_counter() - start)
+    assert min(times) < 2e-4

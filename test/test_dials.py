@@ -1,0 +1,82 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Dials: what is accepted, what is refused, and that all places agree on them."""
+import pytest
+
+pytest.importorskip('rclpy')
+
+from flag_sim.cloth.material import Air, Material  # noqa: E402
+from flag_sim.cloth.stability import Stepping  # noqa: E402
+from flag_sim.drawing.camera import Camera  # noqa: E402
+from flag_sim.drawing.light import Light  # noqa: E402
+from flag_sim.drawing.picture import Materials, Style  # noqa: E402
+from flag_sim.drawing.scene import Scene  # noqa: E402
+from flag_sim.nodes.dial import Dial  # noqa: E402
+from flag_sim.nodes.dials import NODES  # noqa: E402
+from flag_sim.nodes.look import look_of  # noqa: E402
+from flag_sim.nodes.physics import air_of, material_of, stepping_of  # noqa: E402
+
+NUMBER = Dial('n', 1.0, 'a number', 'm', 0.0, 2.0)
+COLOR = Dial('c', [1.0, 2.0, 3.0], 'a colour', '', 0.0, 255.0, length=3)
+
+
+@pytest.mark.parametrize('dial, value, expected', [
+    (NUMBER, 2, 2.0),
+    (COLOR, [1, 2, 3.5], [1.0, 2.0, 3.5]),
+    (Dial('k', 3, 'count', '', 0, 9), 9, 9),
+    (Dial('b', False, 'switch'), True, True),
+    (Dial('w', 'a', 'word', choices=('a', 'b')), 'b', 'b'),
+    (Dial('l', [], 'names', item=str), ['x', 'y'], ['x', 'y']),
+])
+def test_good_values_come_back_in_the_dials_type(dial, value, expected):
+    """A whole number is good for a number; everything else is kept."""
+    accepted = dial.accept(value)
+    assert accepted == expected
+    assert type(accepted) is type(dial.default)
+
+
+@pytest.mark.parametrize('dial, value', [
+    (NUMBER, 2.1), (NUMBER, -0.1), (NUMBER, float('nan')), (NUMBER, float('inf')),
+    (NUMBER, 'one'), (NUMBER, True), (NUMBER, None), (NUMBER, [1.0]),
+    (COLOR, [1.0, 2.0]), (COLOR, [1.0, 2.0, 256.0]), (COLOR, 'red'), (COLOR, 4),
+    (Dial('k', 3, 'count', '', 0, 9), 2.5), (Dial('k', 3, 'count', '', 0, 9), 10),
+    (Dial('b', False, 'switch'), 1), (Dial('w', 'a', 'word', choices=('a', 'b')), 'c'),
+    (Dial('l', [], 'names', item=str), [1]), (Dial('l', [], 'names', item=str), 'x'),
+])
+def test_bad_values_are_refused_with_the_rule_and_the_value(dial, value):
+    """The message holds the name, the rule and what was given."""
+    with pytest.raises(ValueError) as refusal:
+        dial.accept(value)
+    for part in (dial.name, dial.rule, repr(value)):
+        assert part in str(refusal.value)
+
+
+@pytest.mark.parametrize('node', NODES)
+def test_defaults_obey_their_own_rules(node):
+    """Every default is a legal value, and no name stands twice."""
+    names = [dial.name for dial in NODES[node]]
+    assert len(set(names)) == len(names)
+    for dial in NODES[node]:
+        assert dial.accept(dial.default) == dial.default
+
+
+def test_defaults_are_those_of_the_library():
+    """The nodes and the classes below them start from the same values."""
+    physics = {dial.name: dial.default for dial in NODES['physics']}
+    assert material_of(physics) == Material()
+    assert air_of(physics) == Air()
+    assert stepping_of(physics) == Stepping()
+    renderer = {dial.name: dial.default for dial in NODES['renderer']}
+    assert look_of(renderer) == (Camera(), Light(), Materials(), Scene(), Style())
