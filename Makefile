@@ -22,7 +22,7 @@ help:
 demo test bench: export ROS_AUTOMATIC_DISCOVERY_RANGE = LOCALHOST
 
 demo: $(READY)
-	@.venv/bin/python -m flag_sim.nodes.demo $(SHOT)
+	@.venv/bin/python -m flag_sim.nodes.demo --shot '$(SHOT)'
 
 test: $(READY)
 	@.venv/bin/python -m pytest -rs
@@ -34,13 +34,15 @@ clean:
 	rm -rf .venv out build install log *.egg-info .pytest_cache .hypothesis
 	find . -name __pycache__ -prune -exec rm -rf {} +
 
-$(READY): setup.py
+$(READY): setup.py pyproject.toml
 	@$(PYTHON) -c 'import sys, venv, ensurepip; sys.exit(not (3, 10) <= sys.version_info < (3, 14))' 2>/dev/null \
 	|| { echo 'flag_sim needs Python 3.10 to 3.13 with its venv module (Debian, Ubuntu: apt install' \
 	'python3-venv); "$(PYTHON)" is:' "$$($(PYTHON) --version 2>&1)" >&2; exit 1; }
 	@echo 'Installing flag_sim and what it needs in .venv (ROS: $(ROS)); this takes a minute or two.'
 	@$(PYTHON) -m venv --clear $(VENV_$(ROS)) .venv
 	@.venv/bin/python -m pip install -qq --disable-pip-version-check -e '.[$(EXTRAS_$(ROS))]'
+	@.venv/bin/python -c 'import rclpy' \
+	|| { echo 'rclpy cannot be imported; a sourced ROS needs its own Python: make PYTHON=/usr/bin/python3' >&2; exit 1; }
 	@touch '$@'
 
 .PHONY: help demo test bench clean

@@ -14,20 +14,26 @@
 
 """Forces against energies and conservation laws, and wind against its law."""
 import math
+import platform
 
+from flag_sim.cloth import bending, springs
 from flag_sim.cloth.energy import bending_energy, elastic_energy
 from flag_sim.cloth.forces import Forcing, set_forces, Work
 from flag_sim.cloth.material import Air, Material
 from flag_sim.cloth.mesh import Mesh
 from flag_sim.cloth.model import Model
 from flag_sim.cloth.state import State
+from flag_sim.cloth.wind import wind_on_faces
+from flag_sim.kernels import kernel
+import numba
 import numpy as np
 import pytest
 
 STILL = Air(density=0.0)
 
 
-def forces(model, positions, velocities=None, wind=(0.0, 0.0, 0.0), gravity=0.0, air=STILL, dt=0.0):
+def forces(model, positions, velocities=None, wind=(0.0, 0.0, 0.0), gravity=0.0, air=STILL,
+           dt=0.0):
     """Return the force on every node: (rows, columns, 3) [N]."""
     mesh = model.mesh
     state, work = State(mesh), Work.of(mesh)
@@ -41,8 +47,8 @@ def crumpled(mesh, seed=0, size=0.3):
     """Return positions far from rest, and velocities: (rows, columns, 3) each."""
     rng = np.random.default_rng(seed)
     spread = size * max(mesh.dx, mesh.dy)
-    positions = mesh.rest((0.5, -0.2, 3.0)) + spread * rng.normal(size=(mesh.rows, mesh.columns, 3))
-    return positions, rng.normal(size=positions.shape)
+    rest = mesh.rest((0.5, -0.2, 3.0))
+    return rest + spread * rng.normal(size=rest.shape), rng.normal(size=rest.shape)
 
 
 @pytest.fixture(params=[(5, 7), (2, 2), (2, 5), (4, 2), (9, 6)], ids=str)
@@ -147,7 +153,7 @@ def test_power_of_the_wind_is_never_positive_in_still_air(mesh):
 
 
 def test_gravity_is_weight(mesh):
-    """m g downwards, whatever the state (1.1)."""
+    """Force m g downwards, whatever the state (1.1)."""
     model = Model(mesh, Material(0.2, 0.0, 0.0, 0.0, 0.0))
     positions, velocities = crumpled(mesh)
     found = forces(model, positions, velocities, gravity=9.81)
@@ -172,3 +178,30 @@ def test_a_flag_stays_to_the_bit_in_a_plane_that_holds_wind_and_gravity():
     positions[..., 1], velocities[..., 1] = 0.0, 0.0
     found = forces(model, positions, velocities, (9.0, 0.0, -1.0), 9.81, Air(), 1e-3)
     assert np.all(found[..., 1] == 0.0)
+
+
+@pytest.mark.skipif(platform.machine() not in ('x86_64', 'AMD64'), reason='names x86 instructions')
+@pytest.mark.parametrize('function, instruction', [
+    (springs.damped_tensions, 'sqrtpd'), (springs.elastic_tensions, 'sqrtpd'),
+    (springs.add_tensions, 'mulpd'), (wind_on_faces, 'divpd'),
+    (bending._moments_along, 'mulpd'), (bending._add_along, 'addpd')],
+    ids=lambda value: getattr(value, '__name__', value))
+def test_hot_loops_are_compiled_to_vectors(function, instruction):
+    """Several nodes at a time: what the layout in memory, and unsigned indices, are for."""
+    mesh = Mesh(3, 3, 1.0, 1.0)
+    field, three = numba.typeof(mesh.mass_share), numba.types.UniTuple
+    number = numba.float64
+    vectors, triple = three(field, 3), three(number, 3)
+    weights, span = numba.typeof(mesh.weights), numba.typeof(mesh.span)
+    arguments = {
+        'damped_tensions': (vectors, vectors, weights, triple, triple, triple, three(field, 4),
+                            span),
+        'elastic_tensions': (vectors, weights, triple, triple, three(field, 4), span),
+        'add_tensions': (vectors, three(field, 4), vectors, span),
+        'wind_on_faces': (vectors, vectors, triple, number, number, weights, three(field, 6),
+                          span),
+        '_moments_along': (field,) * 4 + (number,) * 3 + (field,) * 3 + (span,),
+        '_add_along': (field,) * 4 + (span,)}[function.__name__]
+    compiled = kernel(function.py_func, cache=False)
+    compiled.compile(arguments)
+    assert instruction in next(iter(compiled.inspect_asm().values()))

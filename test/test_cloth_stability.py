@@ -167,7 +167,8 @@ def test_random_extremes_stay_bounded(seed):
     """
     30 cloths a seed: nothing moves much faster than the wind and the fall could make it.
 
-    Speeds overshoot the wind where a taut cloth whips; a scheme that diverges is beyond any factor.
+    Speeds overshoot the wind where a taut cloth whips; a scheme that diverges is beyond any
+    factor.
     """
     rng = np.random.default_rng(seed)
     for _ in range(30):

@@ -120,7 +120,7 @@ def test_round_things_are_cut_as_finely_as_pixels_show():
     far, close = Camera(distance=500.0), Camera(distance=2.0)
     assert SCENE.segments(far) == 8
     assert SCENE.segments(far) < SCENE.segments(close) <= 256
-    assert SCENE.segments(Camera(target=(0, 0, 5), distance=0.0)) == 256
+    assert SCENE.segments(Camera(target=(0, 0, 5), distance=0, near=1e-9)) == 256
     for camera in (far, Camera(), close, Camera(width=7680, height=4320)):
         assert SCENE.segments(camera) % 4 == 0
 

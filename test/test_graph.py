@@ -19,6 +19,7 @@ import pytest
 pytest.importorskip('rclpy')
 pytest.importorskip('rosbags')
 
+from flag_sim.drawing.camera import Camera  # noqa: E402
 from flag_sim.nodes.graph import Graph  # noqa: E402
 from support.relay import Relay, remap  # noqa: E402
 from support.shot import film, messages_of, stamp_of  # noqa: E402
@@ -58,6 +59,52 @@ def test_two_runs_are_identical(plain_bag, tmp_path):
     with Graph(tmp_path / 'log') as graph:
         assert film(graph, tmp_path / 'bag', FRAMES) == 0, graph.log('wind')
     assert_same_data(plain_bag, tmp_path / 'bag')
+
+
+def project_by_hand(points, info, camera):
+    """Return u, v of world points (..., 3) for a camera that looks along +y, tilted."""
+    x, y, z = np.moveaxis(points - camera.position, -1, 0)
+    tilt = camera.elevation
+    depth = y * np.cos(tilt) - z * np.sin(tilt)
+    down = -z * np.cos(tilt) - y * np.sin(tilt)
+    return info.k[2] + info.k[0] * x / depth, info.k[5] + info.k[4] * down / depth
+
+
+def covered(u, v, shape):
+    """Return the pixels (height, width) whose centres are in a triangle of the grid (u, v)."""
+    mask = np.zeros(shape, bool)
+    corners = np.stack([u, v], axis=-1)
+    upper = np.stack([corners[:-1, :-1], corners[:-1, 1:], corners[1:, :-1]], axis=2)
+    lower = np.stack([corners[1:, 1:], corners[1:, :-1], corners[:-1, 1:]], axis=2)
+    for triangle in np.concatenate([upper.reshape(-1, 3, 2), lower.reshape(-1, 3, 2)]):
+        (left, top), (right, bottom) = np.floor(triangle.min(0)), np.ceil(triangle.max(0))
+        rows, columns = np.mgrid[int(top):int(bottom) + 1, int(left):int(right) + 1]
+        sides = [(b[0] - a[0]) * (rows - a[1]) - (b[1] - a[1]) * (columns - a[0])
+                 for a, b in zip(triangle, np.roll(triangle, -1, axis=0))]
+        inside = np.all(np.sign(sides) >= 0, axis=0) | np.all(np.sign(sides) <= 0, axis=0)
+        mask[rows[inside], columns[inside]] = True
+    return mask
+
+
+def test_the_flag_is_on_the_pixels_that_camera_info_says(plain_bag):
+    """
+    The vertices, projected by hand with K and the pose, cover just the flag's red pixels.
+
+    An edge that passes a pixel's centre by less than the 1/256 pixel to which vertices are
+    snapped may fall on either side of it; the pole hides what is left of its edge.
+    """
+    _, info = messages_of(plain_bag, '/camera/camera_info')[0]
+    camera = Camera()
+    pole, _ = project_by_hand(np.array([0.06, 0.0, 8.0]), info, camera)
+    beside = int(pole) + 1
+    for (_, image), (_, cloud) in list(zip(messages_of(plain_bag, '/camera/image_raw'),
+                                           messages_of(plain_bag, '/vertices')))[::6]:
+        points = np.frombuffer(cloud.data, np.float32).reshape(21, 31, 6)[..., :3].astype(float)
+        expected = covered(*project_by_hand(points, info, camera), (120, 160))[:, beside:]
+        pixels = np.array(image.data).reshape(120, 160, 3)[:, beside:].astype(int)
+        red = (pixels[..., 0] > 1.5 * pixels[..., 1]) & (pixels[..., 0] > 1.5 * pixels[..., 2])
+        assert expected.sum() > 1500
+        assert (red != expected).sum() <= 2
 
 
 @pytest.mark.parametrize('seed', range(2))

@@ -15,16 +15,17 @@
 """
 The plate: resistance to bending, linear in the positions.
 
-Springs between nodes two apart would not do: their length changes with the square of the curvature,
-their energy with its fourth power, and no choice of constants makes them one plate at every
-resolution. So the energy is taken from the second differences themselves,
+Springs between nodes two apart would not do: their length changes with the square of the
+curvature, their energy with its fourth power, and no choice of constants makes them one plate at
+every resolution. So the energy is taken from the second differences themselves,
 
     E = B/2 sum over nodes of (|x_uu|^2 + |x_vv|^2 + 2 |x_uv|^2) dx dy,
 
 u along rows and v down columns (quadratic bending: Bergou, Wardetzky, Harmon, Zorin, Grinspun, A
-Quadratic Bending Model for Inextensible Surfaces, 2006). For a sheet that bends without stretching it
-is the energy of a plate, B/2 (curvature)^2 per area, in whatever direction it is rolled; the mixed
-term sees to that. It is zero in any flat state and does not change when the sheet moves or turns.
+Quadratic Bending Model for Inextensible Surfaces, 2006). For a sheet that bends without
+stretching it is the energy of a plate, B/2 (curvature)^2 per area, in whatever direction it is
+rolled; the mixed term sees to that. It is zero in any flat state and does not change when the
+sheet moves or turns.
 """
 from flag_sim.kernels import kernel
 import numpy as np
@@ -45,7 +46,11 @@ def bend_constants(bend_stiffness, dx, dy):
 
 @kernel
 def set_moments(position, weights, bend, moments, span):
-    """Fill the constants times second differences [N] of each axis: across, down and twist."""
+    """
+    Fill the moments [N] at each node: the constants times second differences of the positions.
+
+    moments: for each axis x, y and z three flat arrays, across, down and twist.
+    """
     b_across, b_down, b_twist = bend
     for axis in range(3):
         _moments_along(position[axis], weights.bend_across, weights.bend_down, weights.cell,

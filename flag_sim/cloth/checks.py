@@ -57,7 +57,7 @@ def whole(name, value, low, high):
 
 
 def vector(name, value):
-    """Return value as a tuple of three floats; raises ValueError unless it is three finite numbers."""
+    """Return value as three floats; raises ValueError unless it is three finite numbers."""
     numbers = array(name, value, (3,))
     return tuple(float(number) for number in numbers)
 

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""All forces on the nodes (1.6): one call for each, and none for those whose coefficient is zero."""
+"""All forces on the nodes (1.6): one call for each, none for those whose coefficient is zero."""
 from typing import NamedTuple
 
 from flag_sim.cloth.bending import add_moments, set_moments
@@ -20,7 +20,6 @@ from flag_sim.cloth.material import Air
 from flag_sim.cloth.springs import add_tensions, damped_tensions, elastic_tensions
 from flag_sim.cloth.wind import add_faces, wind_on_faces
 from flag_sim.kernels import kernel
-import numpy as np
 
 
 class Forcing(NamedTuple):
@@ -56,7 +55,7 @@ class Work(NamedTuple):
     def of(cls, mesh):
         """Return the work arrays of a mesh. All zero: ghosts must be, and stay so."""
         def arrays(count):
-            return tuple(np.zeros((count, mesh.size)))
+            return tuple(mesh.fields(count))
 
         return cls(arrays(3), arrays(4), (arrays(3), arrays(3), arrays(3)), arrays(6))
 

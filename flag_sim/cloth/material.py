@@ -27,8 +27,9 @@ class Material:
     stiffness: K, tension per width of the threads per strain [N/m] (Hooke, 1.2).
     shear_stiffness: G = C66 [N/m]. The sheet has C11 = C22 = K + G and C12 = G, and is isotropic
     where K = 2 G (Poisson's ratio 1/3), as it is by default.
-    bend_stiffness: B, the plate's [N m]. Its natural length (B / (area_density g))^(1/3) is 4 cm by
-    default: about that of a heavy flag cloth. It keeps wrinkles from following the grid alone.
+    bend_stiffness: B, the plate's [N m]. The wrinkles that it allows are about
+    (B / (area_density g))^(1/3) long; by default that is 8 cm, the spacing of the default grid,
+    which could not show smaller ones. Light flag cloth has some 1e-5 and asks for a finer grid.
     damping: ratio of critical damping of one spring between two nodes; acts along springs.
     node_damping: nu in the force -nu m v on every node [1/s].
     Raises ValueError for a value outside these meanings.

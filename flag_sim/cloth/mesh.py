@@ -21,6 +21,9 @@ import numpy as np
 MAX_NODES = 2**20
 """A limit on rows x columns, so that a mistyped dial is refused before it fills the memory."""
 
+LINE = 8
+"""Float64 in a cache line. Rows of memory begin on one, so that stored vectors lie in one."""
+
 
 class Weights(NamedTuple):
     """
@@ -43,9 +46,9 @@ class Mesh:
     length, width: of the cloth at rest [m], along the rows and down the columns.
     pinned: whether the hoist is held; a cloth without pins flies free.
 
-    In memory a field is one flat array. A ghost node follows each row and a row of ghosts lies above
-    and below, so that every node finds its eight neighbours at constant offsets 1, stride - 1,
-    stride and stride + 1 either way. Ghosts have weight and mass zero: they need no special case.
+    In memory a field is one flat array. A ghost node follows each row and a row of ghosts lies
+    above and below, so that every node finds its eight neighbours at constant offsets, stride to
+    the next row. Ghosts have weight and mass zero: they need no special case.
 
     Raises ValueError for a grid below 2 x 2 or above MAX_NODES, or a size that is not positive.
     """
@@ -63,9 +66,9 @@ class Mesh:
         self.dy = self.width / (self.rows - 1)
 
         self.stride = self.columns + 1
-        self.first = self.stride + 1
+        self.first = _to_line(self.stride + 1)
         self.last = self.first + self.rows * self.stride - 1
-        self.size = self.last + self.stride + 1
+        self.size = _to_line(self.last + self.stride + 1)
         # Unsigned: numba then needs no test for negative indices, and loops become vectors.
         self.span = (np.uint64(self.first), np.uint64(self.last), np.uint64(self.stride))
 
@@ -84,13 +87,19 @@ class Mesh:
         self.free = self.pad(np.outer(row_ones, _ends(column_ones, float(not self.pinned), 1.0)))
 
     def grid(self, flat):
-        """Return the nodes of a flat field (mesh.size,) as a (rows, columns) view without ghosts."""
+        """Return a view (rows, columns) of the nodes of a flat field (mesh.size,), no ghosts."""
         inside = flat[self.first:self.first + self.rows * self.stride]
         return inside.reshape(self.rows, self.stride)[:, :self.columns]
 
+    def fields(self, count):
+        """Return new flat fields, all zero: (count, mesh.size), each on a cache line's start."""
+        memory = np.zeros(count * self.size + LINE)
+        start = -(memory.ctypes.data // memory.itemsize) % LINE
+        return memory[start:start + count * self.size].reshape(count, self.size)
+
     def pad(self, grid):
         """Return a new flat field (mesh.size,) that holds grid (rows, columns), zero at ghosts."""
-        flat = np.zeros(self.size)
+        flat = self.fields(1)[0]
         self.grid(flat)[...] = grid
         return flat
 
@@ -101,6 +110,11 @@ class Mesh:
         positions[..., 1] = hoist_top[1]
         positions[..., 2] = hoist_top[2] - np.linspace(0.0, self.width, self.rows)[:, None]
         return positions
+
+
+def _to_line(count):
+    """Return count rounded up to whole cache lines."""
+    return -(-count // LINE) * LINE
 
 
 def _ends(ones, first, last):

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What is constant while the cloth moves: the mesh and the material, and what follows from both."""
+"""What is constant while the cloth moves: mesh and material, and what follows from both."""
 import math
 
 from flag_sim.cloth.bending import bend_constants
@@ -24,8 +24,8 @@ class Model:
     """
     A material on a mesh.
 
-    stiffness_factor, damping_factor: by how much springs and bending, and by how much dashpots, are
-    lowered below the material's, so that the steps that are granted carry them.
+    stiffness_factor, damping_factor: by how much springs and bending, and by how much dashpots,
+    are lowered below the material's, so that the steps that are granted carry them.
 
     mass: of each node [kg], flat (mesh.size,), zero at ghosts. inverse_mass: 1 / mass, and zero
     where a node does not move: pins and ghosts.

@@ -23,8 +23,8 @@ def node_normals(positions):
     """
     Return unit normals (rows, columns, 3) for nodes at positions (rows, columns, 3) [m].
 
-    The area vectors of the faces around a node are summed, so that each counts by its area. A cloth
-    flat in x-z, as it is at rest, has normals +y; so has a node whose faces have no area.
+    The area vectors of the faces around a node are summed, so that each counts by its area. A
+    cloth flat in x-z, as it is at rest, has normals +y; so has a node whose faces have no area.
     """
     normals = np.zeros_like(positions)
     _sum_area_vectors(positions, normals)

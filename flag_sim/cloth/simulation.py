@@ -20,12 +20,12 @@ from flag_sim.cloth.mesh import Mesh, resample
 from flag_sim.cloth.model import Model
 from flag_sim.cloth.normals import node_normals
 from flag_sim.cloth.solvers import SOLVERS
-from flag_sim.cloth.stability import damping_bound, frequency_bound, plan, Plan, Stepping
+from flag_sim.cloth.stability import damping_bound, frequency_bound, plan, Stepping
 from flag_sim.cloth.state import State
 from flag_sim.kernels import kernel
 
 MAX_DISTANCE = 1e9
-"""Greatest coordinate [m]: beyond, float64 no longer tells a tenth of a micrometre from nothing."""
+"""Greatest coordinate [m]: beyond, float64 does not resolve a tenth of a micrometre."""
 MAX_SPEED = 1e7
 """Greatest speed along an axis [m/s]: a free fall of eleven days."""
 
@@ -189,7 +189,7 @@ class Cloth:
                                'where the frame began')
 
     def _put_on(self, mesh):
-        """Take a mesh, with room for its state, two states for the steps and one to fall back on."""
+        """Take a mesh, with room for its state, the next one, and one to fall back on."""
         self._mesh = mesh
         self._state = State(mesh)
         self._spare = State(mesh)

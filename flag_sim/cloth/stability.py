@@ -15,10 +15,10 @@
 """
 How many steps a frame needs so that the cloth cannot diverge, and what to give up if it may not.
 
-The largest frequency of the mesh has a bound that no state exceeds. A spring's Hessian is at most k
-along every axis, whatever its direction and stretch, so the mesh is never stiffer than the scalar
-lattice of the same springs. On the infinite grid a wave with p = 1 - cos(theta_x) and
-q = 1 - cos(theta_y), each from 0 to 2, has
+The largest frequency of the mesh has a bound that no state exceeds. A spring's Hessian is at most
+k along every axis, whatever its direction and stretch, so the mesh is never stiffer than the
+scalar lattice of the same springs. On the infinite grid a wave of phases theta_x and theta_y has,
+with p = 1 - cos(theta_x) and q = 1 - cos(theta_y), each from 0 to 2,
 
     m omega^2 = 2 k_x p + 2 k_y q + 4 k_d (p + q - p q) + 4 b_x p^2 + 4 b_y q^2 + 4 b_xy p q,
 
@@ -88,12 +88,12 @@ def plan(dt, omega, gamma, largest_step, stepping):
     """
     Divide a frame of dt [s] into steps.
 
-    omega, gamma: the bounds above. largest_step(omega, gamma): the solver's largest stable step [s].
+    omega, gamma: the bounds above. largest_step(omega, gamma): the solver's, in seconds.
 
-    Over budget, the cloth is softened to what the granted steps carry. First its damping beyond the
-    critical, 2 omega, is given up, since what is overdamped already creeps; then stiffness, and
-    damping with its root, which keeps the damping ratio: largest_step has the dimension of time,
-    so lowering omega and gamma by a factor lengthens it by the same.
+    Over budget, the cloth is softened to what the granted steps carry. First its damping beyond
+    the critical, 2 omega, is given up, since what is overdamped already creeps; then stiffness,
+    and damping with its root, which keeps the damping ratio. As largest_step has the dimension of
+    time, lowering omega and gamma by a factor lengthens it by the same.
     """
     demanded = _count(dt / (stepping.step_safety * largest_step(omega, gamma)))
     granted = min(max(demanded, stepping.substeps), stepping.substeps_limit)

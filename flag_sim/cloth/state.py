@@ -26,7 +26,7 @@ class State:
 
     def __init__(self, mesh):
         self.mesh = mesh
-        self.data = np.zeros((6, mesh.size))
+        self.data = mesh.fields(6)
         self.position = tuple(self.data[:3])
         self.velocity = tuple(self.data[3:])
 

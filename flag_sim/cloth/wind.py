@@ -15,14 +15,14 @@
 """
 The wind on the faces (1.3), shared out to the nodes (1.4).
 
-Each cell is cut into an upper face, whose right angle is the cell's upper hoist corner, and a lower
-face opposite. Where the source text has F = n (n . w), a face here feels the pressure of the air
-that moves against it: F = rho C_d / 2 A |u_n| u_n n, u = w - v its wind, u_n = u . n.
+Each cell is cut into an upper face, whose right angle is the cell's upper hoist corner, and a
+lower face opposite. Where the source text has F = n (n . w), a face here feels the pressure of
+the air that moves against it: F = rho C_d / 2 A |u_n| u_n n, u = w - v its wind, u_n = u . n.
 
-The node in the right angle bears half of the face's force and the others a quarter each; the face's
-velocity v is the mean of the nodes' with the same shares. So the power of the force is F . v, and a
-flat sheet square to the wind is accelerated alike in all its nodes, corners included, because the
-shares are those of the face's mass.
+The node in the right angle bears half of the face's force and the others a quarter each; the
+face's velocity v is the mean of the nodes' with the same shares. So the power of the force is
+F . v, and a flat sheet square to the wind is accelerated alike in all its nodes, corners
+included, because the shares are those of the face's mass.
 """
 from flag_sim.kernels import kernel
 import numpy as np
@@ -38,10 +38,10 @@ def _pressure(flux, ax, ay, az, drag, hold):
     Return the factor of the area vector a in the force on a face, given the flux u . a [m3/s].
 
     drag: rho C_d / 2. hold: dt rho C_d / (the face's mass) [s/m3].
-    With u_n = flux / A the law is F = drag |flux| flux / A^2 a. Explicit steps of it overshoot once
-    dt is longer than m / (dF/du_n), so it is taken implicitly, linearised (Rosenbrock): divided by
-    1 + dt dF/du_n / m = 1 + hold |flux|. However long the step, and however far the face is
-    stretched, its velocity then gains at most u_n / 2.
+    With u_n = flux / A the law is F = drag |flux| flux / A^2 a. Explicit steps of it overshoot
+    once dt is longer than m / (dF/du_n), so it is taken implicitly, linearised (Rosenbrock):
+    divided by 1 + dt dF/du_n / m = 1 + hold |flux|. However long the step, and however far the
+    face is stretched, its velocity then gains at most u_n / 2.
     """
     area2 = max(ax * ax + ay * ay + az * az, TINY)
     return drag * abs(flux) * flux / (area2 * (1.0 + hold * abs(flux)))

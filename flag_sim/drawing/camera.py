@@ -112,15 +112,16 @@ class Camera:
     @functools.cached_property
     def K(self):
         """
-        Give the intrinsic matrix (3, 3) of CameraInfo: (u, v, 1) z = K (x, y, z).
+        Give the intrinsic matrix of CameraInfo: (3, 3).
 
-        All zero, CameraInfo's way to say "no pinhole", where the projection is orthographic.
+        It takes a point of the optical frame to (u, v, 1) z. It is all zero, which is
+        CameraInfo's way to say "no pinhole", where the projection is orthographic.
         """
         return self.P[:, :3] if self.is_perspective else np.zeros((3, 3))
 
     @functools.cached_property
     def P(self):
-        """Give the projection matrix (3, 4) of CameraInfo: (u, v, 1) w = P (x, y, z, 1)."""
+        """Give the projection matrix of CameraInfo, from (x, y, z, 1) to (u, v, 1) w: (3, 4)."""
         focal, (cu, cv) = self.focal, self.centre
         if self.is_perspective:
             return np.array([[focal, 0.0, cu, 0.0], [0.0, focal, cv, 0.0], [0.0, 0.0, 1.0, 0.0]])

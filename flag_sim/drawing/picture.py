@@ -122,7 +122,7 @@ class Picture:
         else:
             normals = np.asarray(normals)
             checks.require(normals.shape == vertices.shape, 'flag_normals',
-                           f'of the vertices\' shape {vertices.shape}', normals.shape)
+                           f'of the shape of flag_vertices {vertices.shape}', normals.shape)
             normals = np.ascontiguousarray(normals.reshape(-1, 3), dtype=np.float64)
         return Mesh(points, self._grid_triangles, normals, two_sided=True)
 

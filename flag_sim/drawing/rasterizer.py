@@ -21,9 +21,7 @@ Hidden surfaces are removed by a Z-buffer of float32 "nearness", where greater i
 measure that is affine on the screen: 1 / z in perspective, cleared to 0, and -z in orthographic
 projection, cleared to -inf. Both are exact for planes.
 """
-import math
-
-from flag_sim.drawing.clipping import (clip, INSIDE, MOST_CORNERS, NOWHERE, whereabouts)
+from flag_sim.drawing.clipping import clip, INSIDE, MOST_CORNERS, NOWHERE, whereabouts
 from flag_sim.drawing.spans import span_correct, span_linear
 from flag_sim.kernels import kernel
 

@@ -40,9 +40,9 @@ class Symplectic:
         Return the largest stable step [s] for frequencies and damping rates up to omega and gamma.
 
         A mode obeys v' = v - h (omega^2 x + gamma v), x' = x + h v'. Its amplification matrix has
-        determinant 1 - h gamma and trace 2 - h gamma - h^2 omega^2: both its eigenvalues are within
-        the unit circle (Jury) where h^2 omega^2 + 2 h gamma <= 4. The implicit drag takes at most
-        half of a velocity in a step, as h gamma = 1/2 would: with it, at most 3 is left.
+        determinant 1 - h gamma and trace 2 - h gamma - h^2 omega^2: both its eigenvalues are
+        within the unit circle (Jury) where h^2 omega^2 + 2 h gamma <= 4. The implicit drag takes
+        at most half of a velocity in a step, as h gamma = 1/2 would: with it, at most 3 is left.
         """
         room = 3.0 if drag else 4.0
         rate = gamma + math.sqrt(gamma**2 + room * omega**2)

@@ -1,0 +1,155 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""How nodes end, and what they do while others are missing or tell them what to do."""
+import resource
+import signal
+
+import pytest
+
+pytest.importorskip('rclpy')
+pytest.importorskip('rosbags')
+
+from flag_sim.nodes.graph import Graph  # noqa: E402
+from flag_sim.nodes.messages import to_stamp  # noqa: E402
+from std_msgs.msg import Empty  # noqa: E402
+from support.shot import film, messages_of, SHOT, SMALL  # noqa: E402
+from support.watch import eventually, Watcher  # noqa: E402
+
+ENDS = (signal.SIGINT, signal.SIGTERM)
+
+
+@pytest.mark.parametrize('number', ENDS)
+def test_signals_end_every_node_cleanly(tmp_path, domain, number):
+    """INT and TERM in the middle of a shot: status 0, no traceback, and the bag is readable."""
+    with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
+        done = watcher.listen('frame_done')
+        graph.start('physics')
+        graph.start('renderer', *SMALL)
+        graph.start('recorder', '-p', f'path:={tmp_path / "bag"}')
+        graph.start('wind', *SHOT, '-p', 'wait_for:=[recorder]')
+        eventually(lambda: sum(m.frame_id == 'recorder' for m in done) > 20, watcher)
+        for process in graph.processes.values():
+            process.send_signal(number)
+        for name in graph.processes:
+            assert graph.wait(name, 10.0) == 0, graph.log(name)
+            assert 'Traceback' not in graph.log(name) and 'rror' not in graph.log(name)
+    images = messages_of(tmp_path / 'bag', '/camera/image_raw')
+    assert len(images) > 10
+    assert [time for time, _ in images] == [round(n * 1e9 / 30.0) for n in range(len(images))]
+
+
+def test_a_recorder_overwrites_nothing(tmp_path, domain):
+    """A path that exists is refused and stays as it was."""
+    (tmp_path / 'bag').mkdir()
+    (tmp_path / 'bag' / 'precious').write_text('kept')
+    with Graph(tmp_path / 'log', domain) as graph:
+        graph.start('recorder', '-p', f'path:={tmp_path / "bag"}')
+        assert graph.wait('recorder', 30.0) == 1
+        assert 'exists already' in graph.log('recorder')
+    assert [path.name for path in (tmp_path / 'bag').iterdir()] == ['precious']
+
+
+def test_a_full_disk_ends_the_recording_with_a_clear_error(tmp_path, domain):
+    """A file that may not grow stands for the full disk; status 1, and the reason is said."""
+    limit = 3_000_000  # bytes; an image has 57,600
+    hard = resource.getrlimit(resource.RLIMIT_FSIZE)[1]
+    with Graph(tmp_path / 'log', domain) as graph:
+        graph.start('physics')
+        graph.start('renderer', *SMALL)
+        recorder = graph.start('recorder', '-p', f'path:={tmp_path / "bag"}')
+        resource.prlimit(recorder.pid, resource.RLIMIT_FSIZE, (limit, hard))
+        graph.start('wind', *SHOT, '-p', 'wait_for:=[renderer]')
+        assert graph.wait('recorder', 60.0) == 1, graph.log('recorder')
+        assert 'cannot write' in graph.log('recorder')
+        assert 'File too large' in graph.log('recorder')
+        assert 'Traceback' not in graph.log('recorder')
+
+
+def test_wind_says_whom_it_waits_for_and_goes_on(tmp_path, domain):
+    """A consumer that dies in lockstep is named within two seconds; its successor is served."""
+    with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
+        done = watcher.listen('frame_done')
+        graph.start('physics')
+        graph.start('renderer', *SMALL)
+        graph.start('recorder', '-p', f'path:={tmp_path / "bag"}')
+        graph.start('wind', *SHOT, '-p', 'wait_for:=[renderer, recorder]')
+        eventually(lambda: len(done) > 5, watcher)
+        assert graph.end('renderer') == 0
+        eventually(lambda: 'waiting for recorder, renderer; sent again' in graph.log('wind')
+                   or 'waiting for renderer; sent again' in graph.log('wind'), watcher, 2.0)
+        served = len(done)
+        graph.start('renderer', *SMALL, name='successor')
+        eventually(lambda: len(done) > served + 30, watcher)
+        assert graph.end('recorder') == 0
+    stamps = [time for time, _ in messages_of(tmp_path / 'bag', '/camera/image_raw')]
+    assert len(stamps) > 15
+    assert stamps == [round(n * 1e9 / 30.0) for n in range(len(stamps))]
+
+
+def test_reset_pause_and_keyframes(tmp_path, domain):
+    """Keys are announced once a take, a reset begins again, and a pause sends nothing."""
+    with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
+        done, keys = watcher.listen('frame_done'), watcher.listen('keyframe')
+        reset = watcher.publisher('reset')
+        graph.start('physics')
+        graph.start('renderer', *SMALL)
+        graph.start('wind', *SHOT, '-p', 'paused:=true')
+        client = watcher.parameters_of('wind')
+        watcher.spin(0.5)
+        assert not done
+        assert watcher.set(client, 'paused', False).successful
+        eventually(lambda: len(keys) >= 4, watcher)
+        assert watcher.set(client, 'paused', True).successful
+        for _ in range(20):
+            watcher.spin()
+        announced = [(to_stamp(key.stamp), key.frame_id) for key in keys]
+        assert announced == [(0, 'physics.stiffness'), (0, 'renderer.sun.elevation'),
+                             (500_000_000, 'physics.stiffness'),
+                             (1_000_000_000, 'renderer.sun.elevation')]
+        before = len(done)
+        reset.publish(Empty())
+        eventually(lambda: 'reset' in graph.log('wind'), watcher)
+        assert len(done) == before
+        watcher.set(client, 'paused', False)
+        eventually(lambda: len(keys) >= 8, watcher)
+        assert [(to_stamp(key.stamp), key.frame_id) for key in keys][4:8] == announced
+        assert to_stamp(done[before].stamp) == 0
+
+
+def test_real_time_keeps_to_the_clock(tmp_path, domain):
+    """Frames come at the rate, with stamps n / rate, and the shot ends with status 0."""
+    with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
+        wind, clock = watcher.listen('wind'), watcher.listen('/clock')
+        graph.start('wind', '-p', 'rate:=50.0', '-p', 'frames:=100', '-p', 'publish_clock:=true',
+                    '-p', 'wait_for:=[""]')
+        eventually(lambda: graph.processes['wind'].poll() is not None, watcher)
+        assert graph.processes['wind'].poll() == 0, graph.log('wind')
+        for _ in range(5):
+            watcher.spin()
+    stamps = [to_stamp(message.header.stamp) for message in wind]
+    # The first frames may go before anybody is there, and a busy machine may miss some.
+    assert len(stamps) > 50
+    assert all(stamp % 20_000_000 == 0 for stamp in stamps)
+    assert sorted(set(stamps)) == stamps and stamps[-1] <= 99 * 20_000_000
+    assert {to_stamp(message.clock) for message in clock} >= set(stamps[5:])
+
+
+def test_the_bag_can_be_sqlite(tmp_path, domain):
+    """The other storage holds the same."""
+    with Graph(tmp_path / 'log', domain) as graph:
+        assert film(graph, tmp_path / 'bag', 10,
+                    extra={'recorder': ['-p', 'storage:=sqlite3']}) == 0
+    assert len(messages_of(tmp_path / 'bag', '/camera/image_raw')) == 10
+    assert next((tmp_path / 'bag').glob('*.db3'))
