@@ -184,7 +184,7 @@ def test_a_flag_stays_to_the_bit_in_a_plane_that_holds_wind_and_gravity():
 @pytest.mark.parametrize('function, instruction', [
     (springs.damped_tensions, 'sqrtpd'), (springs.elastic_tensions, 'sqrtpd'),
     (springs.add_tensions, 'mulpd'), (wind_on_faces, 'divpd'),
-    (bending._moments_along, 'mulpd'), (bending._add_along, 'addpd')],
+    (bending.set_moments, 'mulpd'), (bending._add_along, 'addpd')],
     ids=lambda value: getattr(value, '__name__', value))
 def test_hot_loops_are_compiled_to_vectors(function, instruction):
     """Several nodes at a time: what the layout in memory, and unsigned indices, are for."""
@@ -200,7 +200,7 @@ def test_hot_loops_are_compiled_to_vectors(function, instruction):
         'add_tensions': (vectors, three(field, 4), vectors, span),
         'wind_on_faces': (vectors, vectors, triple, number, number, weights, three(field, 6),
                           span),
-        '_moments_along': (field,) * 4 + (number,) * 3 + (field,) * 3 + (span,),
+        'set_moments': (vectors, weights, triple, three(vectors, 3), span),
         '_add_along': (field,) * 4 + (span,)}[function.__name__]
     compiled = kernel(function.py_func, cache=False)
     compiled.compile(arguments)

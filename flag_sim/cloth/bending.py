@@ -52,10 +52,25 @@ def set_moments(position, weights, bend, moments, span):
     moments: for each axis x, y and z three flat arrays, across, down and twist.
     """
     b_across, b_down, b_twist = bend
-    for axis in range(3):
-        _moments_along(position[axis], weights.bend_across, weights.bend_down, weights.cell,
-                       b_across, b_down, b_twist, moments[axis][0], moments[axis][1],
-                       moments[axis][2], span)
+    x, y, z = position
+    across_x, down_x, twist_x = moments[0]
+    across_y, down_y, twist_y = moments[1]
+    across_z, down_z, twist_z = moments[2]
+    first, last, stride = span
+    for i in range(first, last):
+        e, w, s, n, d = i + ONE, i - ONE, i + stride, i - stride, i + stride + ONE
+        b = b_across * weights.bend_across[i]
+        across_x[i] = b * (x[e] - 2.0 * x[i] + x[w])
+        across_y[i] = b * (y[e] - 2.0 * y[i] + y[w])
+        across_z[i] = b * (z[e] - 2.0 * z[i] + z[w])
+        b = b_down * weights.bend_down[i]
+        down_x[i] = b * (x[s] - 2.0 * x[i] + x[n])
+        down_y[i] = b * (y[s] - 2.0 * y[i] + y[n])
+        down_z[i] = b * (z[s] - 2.0 * z[i] + z[n])
+        b = b_twist * weights.cell[i]
+        twist_x[i] = b * (x[i] - x[e] - x[s] + x[d])
+        twist_y[i] = b * (y[i] - y[e] - y[s] + y[d])
+        twist_z[i] = b * (z[i] - z[e] - z[s] + z[d])
 
 
 @kernel
@@ -64,17 +79,6 @@ def add_moments(moments, force, span):
     for axis in range(3):
         across, down, twist = moments[axis]
         _add_along(across, down, twist, force[axis], span)
-
-
-@kernel
-def _moments_along(x, weight_across, weight_down, weight_cell, b_across, b_down, b_twist,
-                   across, down, twist, span):
-    first, last, stride = span
-    for i in range(first, last):
-        e, w, s, n = i + ONE, i - ONE, i + stride, i - stride
-        across[i] = b_across * weight_across[i] * (x[e] - 2.0 * x[i] + x[w])
-        down[i] = b_down * weight_down[i] * (x[s] - 2.0 * x[i] + x[n])
-        twist[i] = b_twist * weight_cell[i] * (x[i] - x[e] - x[s] + x[s + ONE])
 
 
 @kernel

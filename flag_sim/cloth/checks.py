@@ -56,20 +56,24 @@ def whole(name, value, low, high):
     return int(number)
 
 
-def vector(name, value):
-    """Return value as three floats; raises ValueError unless it is three finite numbers."""
-    numbers = array(name, value, (3,))
+def vector(name, value, largest):
+    """Return value as three floats; raises ValueError unless they are at most largest in size."""
+    numbers = array(name, value, (3,), largest)
     return tuple(float(number) for number in numbers)
 
 
-def array(name, value, shape):
-    """Return value as a float64 array; raises ValueError unless it has the shape and is finite."""
+def array(name, value, shape, largest=LARGEST):
+    """
+    Return value as a float64 array.
+
+    Raises ValueError unless it has the shape and all its numbers are at most largest in size.
+    """
     try:
         numbers = np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError):
         raise ValueError(f'{name} must hold numbers, not {value!r}') from None
     if numbers.shape != shape:
         raise ValueError(f'{name} must have shape {shape}, not {numbers.shape}')
-    if not np.all(np.abs(numbers) <= LARGEST):
-        raise ValueError(f'{name} must be finite and at most {LARGEST:g} in size')
+    if not np.all(np.abs(numbers) <= largest):
+        raise ValueError(f'{name} must be finite and at most {largest:g} in size')
     return numbers

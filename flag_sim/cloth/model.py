@@ -34,6 +34,7 @@ class Model:
     def __init__(self, mesh, material, stiffness_factor=1.0, damping_factor=1.0):
         self.mesh = mesh
         self.material = material
+        self.factors = (stiffness_factor, damping_factor)
         self.cell_mass = material.area_density * mesh.dx * mesh.dy
         self.mass = self.cell_mass * mesh.mass_share
         self.inverse_mass = mesh.pad(

@@ -13,6 +13,8 @@
 # limitations under the License.
 
 """The cloth as its users meet it: dials on the outside, a state inside, frame by frame."""
+import functools
+
 from flag_sim.cloth import checks
 from flag_sim.cloth.forces import Forcing
 from flag_sim.cloth.material import Air, Material
@@ -26,6 +28,10 @@ from flag_sim.kernels import kernel
 
 MAX_DISTANCE = 1e9
 """Greatest coordinate [m]: beyond, float64 does not resolve a tenth of a micrometre."""
+MAX_HOIST = 1e6
+"""Greatest coordinate of the hoist [m]."""
+MAX_WIND = 1e3
+"""Greatest wind along an axis [m/s]: three times the speed of sound."""
 MAX_SPEED = 1e7
 """Greatest speed along an axis [m/s]: a free fall of eleven days."""
 
@@ -49,11 +55,11 @@ class Cloth:
     def __init__(self, rows=21, columns=31, length=2.25, width=1.5, hoist_top=(0.05, 0.0, 8.9), *,
                  pinned=True, material=None, air=None, gravity=9.81, stepping=None,
                  solver='symplectic'):
-        self._hoist_top = checks.vector('hoist_top', hoist_top)
+        self._hoist_top = checks.vector('hoist_top', hoist_top, MAX_HOIST)
         self._material = material or Material()
         self.air = air or Air()
         self.gravity = gravity
-        self._stepping = stepping or Stepping()
+        self.stepping = stepping or Stepping()
         self._solver_name = _known_solver(solver)
         self._put_on(Mesh(rows, columns, length, width, pinned))
         self.reset()
@@ -86,16 +92,6 @@ class Cloth:
     @gravity.setter
     def gravity(self, gravity):
         self._gravity = checks.finite('gravity', gravity, -1e4, 1e4)
-
-    @property
-    def stepping(self):
-        """How frames are divided into steps."""
-        return self._stepping
-
-    @stepping.setter
-    def stepping(self, stepping):
-        self._stepping = stepping
-        self._plan_key = None
 
     @property
     def solver(self):
@@ -131,7 +127,7 @@ class Cloth:
 
     def hang(self, hoist_top, length, width):
         """Change the flag's size [m] and where it is held, (x, y, z) [m]; it starts at rest."""
-        hoist_top = checks.vector('hoist_top', hoist_top)
+        hoist_top = checks.vector('hoist_top', hoist_top, MAX_HOIST)
         mesh = Mesh(self._mesh.rows, self._mesh.columns, length, width, self._mesh.pinned)
         self._hoist_top = hoist_top
         self._put_on(mesh)
@@ -153,7 +149,7 @@ class Cloth:
         Raises Diverged if the frame went out of bounds: the cloth then still stands at its start.
         """
         dt = checks.finite('dt', dt, high=1e3, above=0.0)
-        forcing = Forcing(checks.vector('wind', wind), self._gravity, self.air)
+        forcing = Forcing(checks.vector('wind', wind, MAX_WIND), self._gravity, self.air)
         steps = self._planned(dt, forcing)
         self._last_good[...] = self._state.data
         state = self._solver.advance(
@@ -164,23 +160,17 @@ class Cloth:
         return steps
 
     def _planned(self, dt, forcing):
-        """Return the Plan for a frame, and make the solver that carries it out."""
+        """Return the Plan for a frame, and make the solver ready to carry it out."""
         drag = forcing.air.density * forcing.air.drag_coefficient > 0.0
-        if self._plan_key != (dt, drag):
-            full = Model(self._mesh, self._material)
-            kind = SOLVERS[self._solver_name]
-            self._plan = plan(dt, frequency_bound(full), damping_bound(full),
-                              lambda omega, gamma: kind.largest_step(omega, gamma, drag),
-                              self._stepping)
-            model = Model(self._mesh, self._material, self._plan.stiffness_factor,
-                          self._plan.damping_factor)
-            self._solver = kind(model)
-            self._plan_key = (dt, drag)
-        return self._plan
+        largest_step = functools.partial(self._solver.largest_step, drag=drag)
+        steps = plan(dt, *self._bounds, largest_step, self.stepping)
+        factors = (steps.stiffness_factor, steps.damping_factor)
+        if factors != self._solver.model.factors:
+            self._solver = type(self._solver)(Model(self._mesh, self._material, *factors))
+        return steps
 
     def _hold_if_broken(self):
         """Go back to the frame's start and raise if the state is out of bounds."""
-        first, last, _ = self._mesh.span
         for values, limit, what in ((self._state.data[:3], MAX_DISTANCE, 'position'),
                                     (self._state.data[3:], MAX_SPEED, 'velocity')):
             if not _within(values.reshape(-1), limit):
@@ -197,8 +187,10 @@ class Cloth:
         self._remodel()
 
     def _remodel(self):
-        """Let the next frame plan anew."""
-        self._plan_key = None
+        """Make the solver for the present mesh, material and method."""
+        model = Model(self._mesh, self._material)
+        self._bounds = (frequency_bound(model), damping_bound(model))
+        self._solver = SOLVERS[self._solver_name](model)
 
 
 def _known_solver(name):
@@ -211,8 +203,8 @@ def _known_solver(name):
 @kernel
 def _within(values, limit):
     """Tell whether all values of a flat array are finite and at most limit in size."""
-    largest = 0.0
+    outside = 0.0
     for i in range(values.size):
-        # Zero for a number within the limit; a NaN compares false and counts as well.
-        largest += 0.0 if abs(values[i]) <= limit else 1.0
-    return largest == 0.0
+        # A NaN compares false, and so counts as outside.
+        outside += 0.0 if abs(values[i]) <= limit else 1.0
+    return outside == 0.0

@@ -16,11 +16,16 @@
 The innermost loops: one row of one triangle, pixel after pixel.
 
 Values are affine in an unsigned index cast to float32: LLVM vectorises that, while a signed index
-or a running sum keeps it scalar.
+or a running sum keeps it scalar. Most spans of a fine mesh are shorter than a vector, so a span is
+rounded up to whole vectors, and the lanes beyond its end are masked.
 """
 from flag_sim.kernels import kernel
 
 import numpy as np
+
+# Pixels in a vector of 256 bits, and the mask that rounds down to whole vectors.
+LANES = 8
+WHOLE = np.uint64(2 ** 64 - LANES)
 
 
 @kernel
@@ -31,10 +36,11 @@ def span_linear(words, nearness, first, count, s, ds, r, dr, g, dg, b, db):
     words: packed colours uint32, red lowest; nearness: float32, greater is nearer; s, r, g, b:
     nearness and colour at the first pixel, ds, dr, dg, db: their change a pixel, all float32.
     """
-    for j in range(count):
+    end = np.float32(np.int32(count))
+    for j in range((count + np.uint64(LANES - 1)) & WHOLE):
         i = np.float32(np.int32(j))
         here = s + ds * i
-        if here > nearness[first + j]:
+        if i < end and here > nearness[first + j]:
             nearness[first + j] = here
             words[first + j] = _pack(r + dr * i, g + dg * i, b + db * i)
 
@@ -42,10 +48,11 @@ def span_linear(words, nearness, first, count, s, ds, r, dr, g, dg, b, db):
 @kernel
 def span_correct(words, nearness, first, count, s, ds, r, dr, g, dg, b, db):
     """Draw as span_linear, but r, g, b are colour times s, s being 1 / depth (Heckbert, 1989)."""
-    for j in range(count):
+    end = np.float32(np.int32(count))
+    for j in range((count + np.uint64(LANES - 1)) & WHOLE):
         i = np.float32(np.int32(j))
         here = s + ds * i
-        if here > nearness[first + j]:
+        if i < end and here > nearness[first + j]:
             nearness[first + j] = here
             depth = np.float32(1.0) / here
             words[first + j] = _pack(

@@ -1,0 +1,132 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+How fast the whole pipeline films, and where each node's time goes.
+
+Plays a shot at the defaults, 640 x 480 in lockstep through wind, physics, renderer and recorder,
+several times, and prints medians; writes them to out/bench.json.
+"""
+import argparse
+import json
+import os
+from pathlib import Path
+import platform
+import re
+import shutil
+import statistics
+import tempfile
+import time
+
+from flag_sim.nodes.graph import Graph
+
+NODES = ('wind', 'physics', 'renderer', 'recorder')
+SUMMARY = re.compile(r'served (\d+) frames in ([\d.]+) s: '
+                     r'wait (-?[\d.]+) %, work ([\d.]+) %, publish ([\d.]+) %')
+PAUSE = 5.0  # how long idle nodes are watched [s]
+
+
+def memory(process):
+    """Return the resident memory of a process [MB]."""
+    pages = int(Path(f'/proc/{process.pid}/statm').read_text().split()[1])
+    return pages * os.sysconf('SC_PAGE_SIZE') / 1e6
+
+
+def processor_time(process):
+    """Return the processor time that a process has used [s]."""
+    fields = Path(f'/proc/{process.pid}/stat').read_text().rsplit(')', 1)[1].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
+
+
+def start(graph, node, *arguments):
+    """Start a node; return the seconds until it says that it waits."""
+    begin = time.perf_counter()
+    process = graph.start(node, *arguments)
+    ready = 'recording' if node == 'recorder' else 'waiting for'
+    while ready not in graph.log(node):
+        if process.poll() is not None:
+            raise SystemExit(f'{node} ended:\n{graph.log(node)}')
+        time.sleep(0.005)
+    return time.perf_counter() - begin
+
+
+def run(frames):
+    """Film one shot; return what was measured."""
+    folder = Path(tempfile.mkdtemp(prefix='flag_sim-bench-'))
+    try:
+        with Graph(folder / 'log') as graph:
+            ready = {node: start(graph, node) for node in ('physics', 'renderer')}
+            ready['recorder'] = start(graph, 'recorder', '-p', f'path:={folder / "bag"}')
+            ready['wind'] = start(
+                graph, 'wind', '-p', 'pace:=lockstep', '-p', f'frames:={frames}', '-p',
+                'wait_for:=[renderer, recorder]', '-p', 'paused:=true')
+            idle = {node: processor_time(graph.processes[node]) for node in NODES}
+            time.sleep(PAUSE)
+            idle = {node: (processor_time(graph.processes[node]) - idle[node]) / PAUSE
+                    for node in NODES}
+            graph.end('wind')
+            start(graph, 'wind', '-p', 'pace:=lockstep', '-p', f'frames:={frames}', '-p',
+                  'wait_for:=[renderer, recorder]')
+            resident = {}
+            while graph.processes['wind'].poll() is None:
+                resident |= {node: memory(process) for node, process in graph.processes.items()
+                             if process.poll() is None}
+                time.sleep(0.1)
+            for node in NODES[1:]:
+                graph.end(node)
+            shares = {node: SUMMARY.search(graph.log(node)).groups() for node in NODES}
+        return {'frames_per_second': frames / float(shares['recorder'][1]),
+                'nodes': {node: {
+                    'wait': float(shares[node][2]), 'work': float(shares[node][3]),
+                    'publish': float(shares[node][4]), 'resident_mb': resident[node],
+                    'ready_s': ready[node], 'paused_percent': 100.0 * idle[node]}
+                    for node in NODES}}
+    finally:
+        shutil.rmtree(folder)
+
+
+def median_of(runs):
+    """Return the runs' structure with every number replaced by the median."""
+    if isinstance(runs[0], dict):
+        return {key: median_of([one[key] for one in runs]) for key in runs[0]}
+    return round(statistics.median(runs), 2)
+
+
+def main():
+    """Measure, print and write."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('--frames', type=int, default=600)
+    parser.add_argument('--runs', type=int, default=3)
+    parser.add_argument('--out', type=Path, default=Path('out/bench.json'))
+    options = parser.parse_args()
+    run(30)  # compiles the kernels where they are not cached yet
+    runs = [run(options.frames) for _ in range(options.runs)]
+    result = median_of(runs)
+    result['spread_frames_per_second'] = [round(one['frames_per_second'], 1) for one in runs]
+    result['machine'] = f'{platform.machine()}, {os.cpu_count()} processors'
+    rates = ', '.join(f'{rate:.0f}' for rate in result['spread_frames_per_second'])
+    print(f'{result["frames_per_second"]:.0f} frames/s recorded at 640 x 480 ({options.frames} '
+          f'frames, runs: {rates}; {result["machine"]})')
+    print(f'{"":10}{"wait %":>8}{"work %":>8}{"publish %":>10}{"MB":>8}{"ready s":>9}'
+          f'{"paused %":>10}')
+    for node, row in result['nodes'].items():
+        print(f'{node:10}{row["wait"]:8.1f}{row["work"]:8.1f}{row["publish"]:10.1f}'
+              f'{row["resident_mb"]:8.0f}{row["ready_s"]:9.2f}{row["paused_percent"]:10.1f}')
+    options.out.parent.mkdir(parents=True, exist_ok=True)
+    options.out.write_text(json.dumps(result, indent=2) + '\n')
+    print(f'written to {options.out}')
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,95 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The README tells the truth: its tables are those of the code, its library example runs."""
+from pathlib import Path
+import re
+import subprocess
+import sys
+
+import pytest
+
+pytest.importorskip('rclpy')
+
+from flag_sim.nodes.dials import NODES, SCENE  # noqa: E402
+from flag_sim.nodes.topics import TOPICS  # noqa: E402
+import yaml  # noqa: E402
+
+ROOT = Path(__file__).resolve().parents[1]
+README = (ROOT / 'README.md').read_text()
+GROUPS = {'scene': SCENE, **{node: [dial for dial in dials if dial not in SCENE]
+                             for node, dials in NODES.items()}}
+
+
+def rows_of(dials):
+    """Return the README's table rows for some dials."""
+    for dial in dials:
+        default = ', '.join(str(v) for v in dial.default) if dial.is_list else dial.default
+        if isinstance(default, float):
+            default = f'{default:.4g}'
+        if isinstance(default, bool):
+            default = str(default).lower()
+        if dial.choices:
+            legal = ', '.join(dial.choices)
+        elif dial.low is None:
+            legal = ''
+        else:
+            legal = f'{dial.low:.4g} to {dial.high:.4g}'
+        yield (f'| `{dial.name}` | {default if default != "" else "(empty)"} | {legal} '
+               f'| {dial.unit} | {dial.effect} |')
+
+
+@pytest.mark.parametrize('group', GROUPS)
+def test_the_table_of_parameters_is_the_codes(group):
+    """Every dial has its row, word for word, and there are no others."""
+    section = re.search(rf'#### {group}\n(.*?)(?=\n#|\Z)', README, re.DOTALL)
+    assert section, f'no section {group}'
+    rows = [row for row in section[1].splitlines() if row.startswith('| `')]
+    assert rows == list(rows_of(GROUPS[group]))
+
+
+def test_the_table_of_topics_is_the_codes():
+    """Every topic stands there with its type."""
+    for name, topic in TOPICS.items():
+        package = topic.type.__module__.split('.')[0]
+        assert f'| `{name}` | {package}/{topic.type.__name__} |' in README
+
+
+def test_the_library_example_runs(tmp_path):
+    """The ten lines for use without ROS make the picture that they promise."""
+    code = re.search(r'```python\n(.*?)```', README, re.DOTALL)[1]
+    subprocess.run([sys.executable, '-c', code], cwd=tmp_path, check=True)
+    assert (tmp_path / 'flag.png').stat().st_size > 5000
+
+
+@pytest.mark.parametrize('path', sorted((ROOT / 'config').glob('*.yaml')), ids=lambda p: p.name)
+def test_params_files_name_real_parameters(path):
+    """Every value in config/ is one that its node accepts."""
+    for node, content in yaml.safe_load(path.read_text()).items():
+        dials = {dial.name: dial for dial in NODES[node.strip('/')]}
+        for name, value in content['ros__parameters'].items():
+            if not name.startswith('keys.'):
+                dials[name].accept(value)
+
+
+def test_pictures_and_links_exist():
+    """Every relative link of the README leads somewhere."""
+    for link in re.findall(r'\]\(([^)#:]+)\)', README):
+        assert (ROOT / link).exists(), link
+
+
+if __name__ == '__main__':
+    for name, some in GROUPS.items():
+        print(f'#### {name}\n\n| name | default | range | unit | effect |\n|---|---|---|---|---|')
+        print('\n'.join(rows_of(some)) + '\n')
