@@ -12,13 +12,18 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""How every numba kernel of the package is compiled: one place for the options and their reasons."""
+"""How every numba kernel of the package is compiled and kept: the options and their reasons."""
 import functools
+import hashlib
 import os
+from pathlib import Path
 import tempfile
 
 import numba
+from numba.core.caching import FunctionCache
 from numba.core.compiler import Compiler
+
+PACKAGE = Path(__file__).resolve().parent
 
 
 class _NoAliasCompiler(Compiler):
@@ -29,28 +34,86 @@ class _NoAliasCompiler(Compiler):
     The flag is private to numba; a test looks for the vector instructions that it buys.
     """
 
-    def __init__(self, typingctx, targetctx, library, args, return_type, flags, locals):
+    def __init__(self, typingctx, targetctx, library, args, return_type, flags, *others):
         flags.noalias = True
-        super().__init__(typingctx, targetctx, library, args, return_type, flags, locals)
+        super().__init__(typingctx, targetctx, library, args, return_type, flags, *others)
 
 
-def _ensure_cache():
-    """Point numba at a temporary cache where neither the package nor the home can be written."""
-    if numba.config.CACHE_DIR:
-        return
-    here = os.path.dirname(os.path.abspath(__file__))
-    home = os.path.expanduser('~')
-    if not (os.access(here, os.W_OK) or os.access(home, os.W_OK)):
-        user = os.getuid() if hasattr(os, 'getuid') else 'user'
-        numba.config.CACHE_DIR = os.path.join(tempfile.gettempdir(), f'flag_sim-kernels-{user}')
+@functools.lru_cache
+def _fingerprint():
+    """Return a hash of every module that can hold a kernel."""
+    digest = hashlib.sha256()
+    for path in sorted(PACKAGE.rglob('*.py')):
+        if 'nodes' not in path.relative_to(PACKAGE).parts:
+            digest.update(path.read_bytes())
+    return digest.hexdigest()
 
 
-_ensure_cache()
+class _Locator:
+    """
+    Says where a kernel's machine code is kept and when it is out of date.
 
-# error_model='numpy': a division by zero gives inf, not an exception, so that loops stay free of
-# branches. 'contract' only permits a * b + c in one rounding; full fastmath would fold isfinite()
-# to True. nogil lets two threads share the work. The cache makes the second start fast.
-kernel = functools.partial(
-    numba.njit, cache=True, nogil=True, error_model='numpy', fastmath={'contract'},
-    pipeline_class=_NoAliasCompiler)
-"""Compile a function of floats and arrays; its array arguments must not overlap one another."""
+    numba's own locators compare only the file that holds the kernel, and would go on running the
+    old code of another kernel that it calls. And they give up where neither the package nor the
+    home can be written. The interface is numba's.
+    """
+
+    def __init__(self, function, folder):
+        self._function = function
+        self._folder = folder
+
+    def get_cache_path(self):
+        return str(self._folder)
+
+    def ensure_cache_path(self):
+        self._folder.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=self._folder).close()  # raises OSError if it may not be written
+
+    def get_source_stamp(self):
+        return _fingerprint()
+
+    def get_disambiguator(self):
+        return str(self._function.__code__.co_firstlineno)
+
+    @classmethod
+    def from_function(cls, function, path):
+        """Return a locator with the first folder that can be written, or None."""
+        path = Path(path).resolve()
+        name = '-'.join(['flag_sim', *path.relative_to(PACKAGE).parent.parts])
+        folders = [path.parent / '__pycache__', Path('~/.cache').expanduser() / name,
+                   Path(tempfile.gettempdir()) / f'{name}-{os.getuid()}']
+        if numba.config.CACHE_DIR:
+            folders.insert(0, Path(numba.config.CACHE_DIR) / name)
+        for folder in folders:
+            locator = cls(function, folder)
+            try:
+                locator.ensure_cache_path()
+            except OSError:
+                continue
+            return locator
+        return None
+
+
+class _CacheImpl(FunctionCache._impl_class):
+    _locator_classes = [_Locator]
+
+
+class _Cache(FunctionCache):
+    _impl_class = _CacheImpl
+
+
+def kernel(function=None, **options):
+    """
+    Compile a function of floats and arrays; its array arguments must not overlap one another.
+
+    error_model 'numpy': a division by zero gives inf, not an exception, so that loops stay free of
+    branches. 'contract' only permits a * b + c in one rounding; full fastmath would fold
+    isfinite() to True. nogil lets two threads share the work. `options` replace any of these.
+    """
+    if function is None:
+        return functools.partial(kernel, **options)
+    options = {'nogil': True, 'error_model': 'numpy', 'fastmath': {'contract'},
+               'pipeline_class': _NoAliasCompiler, **options}
+    dispatcher = numba.njit(function, **options)
+    dispatcher._cache = _Cache(function)
+    return dispatcher

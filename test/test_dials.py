@@ -13,20 +13,17 @@
 # limitations under the License.
 
 """Dials: what is accepted, what is refused, and that all places agree on them."""
+from flag_sim.cloth.material import Air, Material
+from flag_sim.cloth.stability import Stepping
+from flag_sim.drawing.camera import Camera
+from flag_sim.drawing.light import Light
+from flag_sim.drawing.picture import Materials, Style
+from flag_sim.drawing.scene import Scene
+from flag_sim.nodes.dial import Dial
+from flag_sim.nodes.dials import NODES
+from flag_sim.nodes.look import look_of
+from flag_sim.nodes.physics import air_of, material_of, stepping_of
 import pytest
-
-pytest.importorskip('rclpy')
-
-from flag_sim.cloth.material import Air, Material  # noqa: E402
-from flag_sim.cloth.stability import Stepping  # noqa: E402
-from flag_sim.drawing.camera import Camera  # noqa: E402
-from flag_sim.drawing.light import Light  # noqa: E402
-from flag_sim.drawing.picture import Materials, Style  # noqa: E402
-from flag_sim.drawing.scene import Scene  # noqa: E402
-from flag_sim.nodes.dial import Dial  # noqa: E402
-from flag_sim.nodes.dials import NODES  # noqa: E402
-from flag_sim.nodes.look import look_of  # noqa: E402
-from flag_sim.nodes.physics import air_of, material_of, stepping_of  # noqa: E402
 
 NUMBER = Dial('n', 1.0, 'a number', 'm', 0.0, 2.0)
 COLOR = Dial('c', [1.0, 2.0, 3.0], 'a colour', '', 0.0, 255.0, length=3)

@@ -189,10 +189,12 @@ def test_the_side_that_is_seen_is_lit():
 
 def test_flat_shading_gives_each_triangle_one_colour():
     camera, flag = Camera(width=300, height=200), wave(3, 4)
-    flat = Picture().draw(flag, camera=camera, scene=NOTHING, style=Style(shading='flat'))
-    smooth = Picture().draw(flag, camera=camera, scene=NOTHING)
-    assert len(np.unique(flat.reshape(-1, 3), axis=0)) <= 2 * 2 * 3 + 1
-    assert len(np.unique(smooth.reshape(-1, 3), axis=0)) > 25
+    flat, smooth = (
+        Picture().draw(flag, None, camera, Light(-0.5, 0.2, 0.6, 0.2), WHITE, NOTHING,
+                       Style(shading=shading)) for shading in ('flat', 'gouraud'))
+    # Twelve triangles and the background.
+    assert 5 < len(np.unique(flat.reshape(-1, 3), axis=0)) <= 13
+    assert len(np.unique(smooth.reshape(-1, 3), axis=0)) > 13
 
 
 def test_interpolations_differ_little_but_do():
@@ -247,6 +249,27 @@ def test_the_same_input_gives_the_same_picture():
     np.testing.assert_array_equal(picture.draw(flag), first)
     np.testing.assert_array_equal(picture.depth(), depth)
     np.testing.assert_array_equal(Picture().draw(flag.copy()), first)
+
+
+@pytest.mark.parametrize('width', [64, 61])
+def test_nothing_of_earlier_frames_is_left(width):
+    picture = Picture()
+    rng = np.random.default_rng(4)
+    for number in range(60):
+        camera = Camera(width=width, height=47, distance=rng.choice([0.0, 3.0, 9.0]),
+                        azimuth=rng.uniform(-3, 3), elevation=rng.uniform(-1.5, 1.5))
+        scene = Scene(pole_visible=number % 3 > 0, platform_visible=number % 4 > 1)
+        style = Style(background=(number // 7, 0, 9))
+        flag = wave(5, 7, phase=number) + rng.normal(size=3)
+        rgb, fresh = picture.draw(flag, camera=camera, scene=scene, style=style), Picture()
+        np.testing.assert_array_equal(
+            rgb, fresh.draw(flag, camera=camera, scene=scene, style=style))
+        np.testing.assert_array_equal(picture.depth(), fresh.depth())
+
+
+def test_the_frame_is_read_only():
+    with pytest.raises(ValueError, match='read-only'):
+        Picture().draw(wave())[0, 0] = 0
 
 
 def test_float32_vertices_are_as_good():

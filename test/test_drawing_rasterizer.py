@@ -219,5 +219,5 @@ def test_hostile_vertices_write_nothing_outside():
 def test_unpack():
     words = np.array([0x030201, 0x060504, 0x090807, 0x0c0b0a], np.uint32)
     out = np.zeros(3, np.uint32)
-    unpack(words, out)
+    unpack(words, out, 2, 0, 2, 0, 2)
     np.testing.assert_array_equal(out.view(np.uint8), np.arange(1, 13))

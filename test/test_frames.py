@@ -26,7 +26,7 @@ def tag(index, oldest=0, take=1):
 
 def served(order):
     """Return the indices of all frames that can be served now."""
-    return [frame.index for frame in iter(order.next, None)]
+    return [frame.index for frame in iter(order.next_frame, None)]
 
 
 def test_a_lost_frame_is_waited_for():
@@ -107,10 +107,10 @@ def test_a_frame_that_is_not_ready_holds_up_lockstep_only():
     for oldest, expected in ((0, None), (2, 2)):
         order = FrameOrder()
         order.arrive(tag(0))
-        order.next()
+        order.next_frame()
         order.arrive(tag(1, oldest=min(1, oldest)))
         order.arrive(tag(2, oldest=oldest))
-        frame = order.next(lambda t: t.index == 2)
+        frame = order.next_frame(lambda t: t.index == 2)
         assert (frame and frame.index) == expected
 
 

@@ -13,16 +13,12 @@
 # limitations under the License.
 
 """The graph of real nodes: separate processes over real DDS, from wind to bag."""
+from flag_sim.drawing.camera import Camera
+from flag_sim.nodes.graph import Graph
 import numpy as np
 import pytest
-
-pytest.importorskip('rclpy')
-pytest.importorskip('rosbags')
-
-from flag_sim.drawing.camera import Camera  # noqa: E402
-from flag_sim.nodes.graph import Graph  # noqa: E402
-from support.relay import Relay, remap  # noqa: E402
-from support.shot import film, messages_of, stamp_of  # noqa: E402
+from support.relay import Relay, remap
+from support.shot import film, messages_of, stamp_of
 
 FRAMES = 60
 EVERY_FRAME = ('/camera/image_raw', '/camera/camera_info', '/vertices')

@@ -16,16 +16,12 @@
 import resource
 import signal
 
+from flag_sim.nodes.graph import Graph
+from flag_sim.nodes.messages import to_stamp
 import pytest
-
-pytest.importorskip('rclpy')
-pytest.importorskip('rosbags')
-
-from flag_sim.nodes.graph import Graph  # noqa: E402
-from flag_sim.nodes.messages import to_stamp  # noqa: E402
-from std_msgs.msg import Empty  # noqa: E402
-from support.shot import film, messages_of, SHOT, SMALL  # noqa: E402
-from support.watch import eventually, Watcher  # noqa: E402
+from std_msgs.msg import Empty
+from support.shot import film, messages_of, SHOT, SMALL
+from support.watch import eventually, Watcher
 
 ENDS = (signal.SIGINT, signal.SIGTERM)
 
@@ -109,9 +105,9 @@ def test_reset_pause_and_keyframes(tmp_path, domain):
         client = watcher.parameters_of('wind')
         watcher.spin(0.5)
         assert not done
-        assert watcher.set(client, 'paused', False).successful
+        assert watcher.put(client, 'paused', False).successful
         eventually(lambda: len(keys) >= 4, watcher)
-        assert watcher.set(client, 'paused', True).successful
+        assert watcher.put(client, 'paused', True).successful
         for _ in range(20):
             watcher.spin()
         announced = [(to_stamp(key.stamp), key.frame_id) for key in keys]
@@ -122,7 +118,7 @@ def test_reset_pause_and_keyframes(tmp_path, domain):
         reset.publish(Empty())
         eventually(lambda: 'reset' in graph.log('wind'), watcher)
         assert len(done) == before
-        watcher.set(client, 'paused', False)
+        watcher.put(client, 'paused', False)
         eventually(lambda: len(keys) >= 8, watcher)
         assert [(to_stamp(key.stamp), key.frame_id) for key in keys][4:8] == announced
         assert to_stamp(done[before].stamp) == 0

@@ -13,15 +13,12 @@
 # limitations under the License.
 
 """Arrays to messages and back."""
+from flag_sim.drawing.camera import Camera
+from flag_sim.nodes import messages
+from flag_sim.nodes.frames import Tag
 import numpy as np
 import pytest
-
-pytest.importorskip('rclpy')
-
-from flag_sim.drawing.camera import Camera  # noqa: E402
-from flag_sim.nodes import messages  # noqa: E402
-from flag_sim.nodes.frames import Tag  # noqa: E402
-from sensor_msgs.msg import PointField  # noqa: E402
+from sensor_msgs.msg import PointField
 
 TAG = Tag(stamp=1_500_000_001, take=7, index=45, oldest=43)
 
@@ -80,7 +77,7 @@ def test_any_layout_is_read(grid, kind, order, padding):
     (lambda m: setattr(m, 'height', 1), 'at least 2 x 2 points, not 1 x 5'),
     (lambda m: setattr(m, 'row_step', 8), 'row_step 8 is less than'),
     (lambda m: setattr(m, 'height', 4), 'less than 4 rows'),
-    (lambda m: setattr(m, 'point_step', 4), "reaches beyond point_step 4"),
+    (lambda m: setattr(m, 'point_step', 4), 'reaches beyond point_step 4'),
     (lambda m: setattr(m.fields[1], 'name', 'u'), "no field 'y'"),
     (lambda m: setattr(m.fields[0], 'datatype', PointField.INT16), 'FLOAT32 or FLOAT64'),
     (lambda m: setattr(m, 'data', b''), '0 bytes of data'),

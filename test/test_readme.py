@@ -18,13 +18,10 @@ import re
 import subprocess
 import sys
 
+from flag_sim.nodes.dials import NODES, SCENE
+from flag_sim.nodes.topics import TOPICS
 import pytest
-
-pytest.importorskip('rclpy')
-
-from flag_sim.nodes.dials import NODES, SCENE  # noqa: E402
-from flag_sim.nodes.topics import TOPICS  # noqa: E402
-import yaml  # noqa: E402
+import yaml
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / 'README.md').read_text()
@@ -62,8 +59,8 @@ def test_the_table_of_parameters_is_the_codes(group):
 def test_the_table_of_topics_is_the_codes():
     """Every topic stands there with its type."""
     for name, topic in TOPICS.items():
-        package = topic.type.__module__.split('.')[0]
-        assert f'| `{name}` | {package}/{topic.type.__name__} |' in README
+        package = topic.message.__module__.split('.')[0]
+        assert f'| `{name}` | {package}/{topic.message.__name__} |' in README
 
 
 def test_the_library_example_runs(tmp_path):

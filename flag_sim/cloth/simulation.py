@@ -66,7 +66,7 @@ class Cloth:
 
     @property
     def mesh(self):
-        """The grid; see regrid and hang."""
+        """Return the grid; see regrid and hang."""
         return self._mesh
 
     @property
@@ -76,7 +76,7 @@ class Cloth:
 
     @property
     def material(self):
-        """What the cloth is made of."""
+        """Return what the cloth is made of."""
         return self._material
 
     @material.setter
@@ -95,7 +95,7 @@ class Cloth:
 
     @property
     def solver(self):
-        """The method's name, one of SOLVERS."""
+        """Return the method's name, one of SOLVERS."""
         return self._solver_name
 
     @solver.setter
@@ -105,12 +105,12 @@ class Cloth:
 
     @property
     def positions(self):
-        """A copy of the nodes' positions: (rows, columns, 3) float64 [m]."""
+        """Return a copy of the nodes' positions: (rows, columns, 3) float64 [m]."""
         return self._state.positions()
 
     @property
     def velocities(self):
-        """A copy of the nodes' velocities: (rows, columns, 3) float64 [m/s]."""
+        """Return a copy of the nodes' velocities: (rows, columns, 3) float64 [m/s]."""
         return self._state.velocities()
 
     def normals(self):

@@ -63,6 +63,9 @@ class Picture:
     """
     Draws frames into buffers of its own, which it keeps from frame to frame.
 
+    Only the rectangles that this frame or the last one drew into are emptied and turned into
+    bytes: elsewhere the background is there already.
+
     >>> picture = Picture()
     >>> rgb = picture.draw(vertices)            # (rows, columns, 3) [m]
     >>> depth = picture.depth()                 # of the same frame, if it is wanted
@@ -71,6 +74,8 @@ class Picture:
     def __init__(self):
         """Begin without buffers: the first frame's camera says how large they are."""
         self._camera = None
+        self._cleared_to = None
+        self._drawn = {}
         self._grid = None
         self._grid_triangles = None
 
@@ -82,17 +87,22 @@ class Picture:
         flag_vertices: (rows, columns, 3) [m]; flag_normals: the same shape, of any length, on
         the side of (row direction) x (column direction); None averages them from the triangles
         (1.13). A vertex that is not finite takes its triangles out of the picture. The array is
-        the picture's own: the next frame overwrites it. Raises ValueError for other shapes.
+        the picture's own, so it is read-only, and the next frame overwrites it. Raises ValueError
+        for other shapes.
         """
-        flag = self._flag(flag_vertices, flag_normals)
-        self._clear(camera, style)
-        self._draw_mesh(flag, materials.flag, light, style)
         segments = scene.segments(camera)
+        things = {'flag': (self._flag(flag_vertices, flag_normals), materials.flag)}
         if scene.pole_visible:
-            self._draw_mesh(pole_mesh(scene, segments), materials.pole, light, style)
+            things['pole'] = pole_mesh(scene, segments), materials.pole
         if scene.platform_visible:
-            self._draw_mesh(platform_mesh(scene, segments), materials.platform, light, style)
-        unpack(self._words, self._bytes)
+            things['platform'] = platform_mesh(scene, segments), materials.platform
+
+        emptied = self._clear(camera, style)
+        self._drawn = {name: self._draw_mesh(mesh, material, light, style)
+                       for name, (mesh, material) in things.items()}
+        for name in {**emptied, **self._drawn}:
+            rectangle = _union(emptied.get(name), self._drawn.get(name))
+            unpack(self._words, self._bytes, camera.width, *rectangle)
         return self._rgb
 
     def depth(self):
@@ -102,11 +112,10 @@ class Picture:
         It is +inf where nothing is. Raises ValueError before the first frame.
         """
         checks.require(self._camera, 'depth', 'asked for after a frame is drawn', None)
-        nearness = self._nearness[:self._rgb.size // 3].reshape(self._rgb.shape[:2])
         if not self._camera.is_perspective:
-            return -nearness
+            return -self._nearness_image
         with np.errstate(divide='ignore'):
-            return np.float32(1.0) / nearness
+            return np.float32(1.0) / self._nearness_image
 
     def _flag(self, vertices, normals):
         """Make the flag's mesh from its grid."""
@@ -127,25 +136,43 @@ class Picture:
         return Mesh(points, self._grid_triangles, normals, two_sided=True)
 
     def _clear(self, camera, style):
-        """Make the buffers fit the camera, empty them, and take its matrices."""
-        if self._camera is None or (camera.width, camera.height) != (
-                self._camera.width, self._camera.height):
-            pixels = camera.width * camera.height
-            # Colours are turned into bytes four at a time.
-            padded = -(-pixels // 4) * 4
-            self._nearness = np.empty(padded, np.float32)
-            self._words = np.empty(padded, np.uint32)
-            self._bytes = np.empty(padded // 4 * 3, np.uint32)
-            self._rgb = self._bytes.view(np.uint8)[:3 * pixels].reshape(
-                camera.height, camera.width, 3)
-        self._camera = camera
+        """
+        Empty the buffers, made anew where the camera wants another size, and take its matrix.
+
+        Returns the rectangles that were emptied, by name: what the frame before drew, or all.
+        """
         self._matrix = np.diag([camera.focal, camera.focal, 1.0, 1.0]) @ camera.pose
         red, green, blue = (int(channel + 0.5) for channel in style.background)
-        self._words.fill(red | green << 8 | blue << 16)
-        self._nearness.fill(0.0 if camera.is_perspective else -np.inf)
+        word = red | green << 8 | blue << 16
+        farthest = 0.0 if camera.is_perspective else -np.inf
+        cleared_to = camera.width, camera.height, word, farthest
+        if cleared_to == self._cleared_to:
+            emptied = self._drawn
+        else:
+            self._cleared_to = cleared_to
+            self._allocate(camera.width, camera.height)
+            emptied = {'all': (0, camera.height, 0, camera.width)}
+        self._camera = camera
+        for top, bottom, left, right in emptied.values():
+            self._words_image[top:bottom, left:right] = word
+            self._nearness_image[top:bottom, left:right] = farthest
+        return emptied
+
+    def _allocate(self, width, height):
+        """Make buffers, flat for the kernels, and the views of them that are images."""
+        pixels = width * height
+        # Colours are turned into bytes four at a time.
+        padded = -(-pixels // 4) * 4
+        self._nearness = np.empty(padded, np.float32)
+        self._words = np.zeros(padded, np.uint32)
+        self._bytes = np.empty(padded // 4 * 3, np.uint32)
+        self._nearness_image = self._nearness[:pixels].reshape(height, width)
+        self._words_image = self._words[:pixels].reshape(height, width)
+        self._rgb = self._bytes.view(np.uint8)[:3 * pixels].reshape(height, width, 3)
+        self._rgb.flags.writeable = False
 
     def _draw_mesh(self, mesh, material, light, style):
-        """Take a mesh from the world to the buffers."""
+        """Take a mesh from the world to the buffers; return the rectangle that it can cover."""
         camera = self._camera
         is_flat = style.shading == 'flat'
         normals = face_normals(mesh.vertices, mesh.triangles) if is_flat else mesh.normals
@@ -159,3 +186,13 @@ class Picture:
         rasterizer.fill(mesh.triangles, view, screen, where, colours, is_flat, mesh.two_sided,
                         *camera.centre, camera.near, camera.is_perspective, is_correct,
                         0, 1, camera.width, camera.height, self._nearness, self._words)
+        return rasterizer.bounds(screen, where, camera.width, camera.height)
+
+
+def _union(one, other):
+    """Bound two rectangles (top, bottom, left, right), either of which may be None or empty."""
+    some = [rectangle for rectangle in (one, other) if rectangle and rectangle[0] < rectangle[1]]
+    if not some:
+        return 0, 0, 0, 0
+    tops, bottoms, lefts, rights = zip(*some)
+    return min(tops), max(bottoms), min(lefts), max(rights)

@@ -21,7 +21,7 @@ Hidden surfaces are removed by a Z-buffer of float32 "nearness", where greater i
 measure that is affine on the screen: 1 / z in perspective, cleared to 0, and -z in orthographic
 projection, cleared to -inf. Both are exact for planes.
 """
-from flag_sim.drawing.clipping import clip, INSIDE, MOST_CORNERS, NOWHERE, whereabouts
+from flag_sim.drawing.clipping import clip, INSIDE, MOST_CORNERS, NOWHERE, OUTSIDE, whereabouts
 from flag_sim.drawing.spans import span_correct, span_linear
 from flag_sim.kernels import kernel
 
@@ -53,6 +53,27 @@ def project(vertices, matrix, cu, cv, near, is_perspective, view, screen, where)
         where[i] = whereabouts(x, y, z, near, is_perspective)
         if where[i] == INSIDE:
             screen[i, 0], screen[i, 1], screen[i, 2] = _to_screen(x, y, z, cu, cv, is_perspective)
+
+
+@kernel
+def bounds(screen, where, width, height):
+    """
+    Bound the pixels that a mesh can cover: rows top .. bottom - 1, columns left .. right - 1.
+
+    A mesh with a vertex OUTSIDE can cover all of the image; one that is not seen gets no rows.
+    """
+    left, right, top, bottom = float(width), -1.0, float(height), -1.0
+    for i in range(screen.shape[0]):
+        if where[i] == OUTSIDE:
+            return 0, height, 0, width
+        if where[i] == INSIDE:
+            left, right = min(left, screen[i, 0]), max(right, screen[i, 0])
+            top, bottom = min(top, screen[i, 1]), max(bottom, screen[i, 1])
+    left, right = max(np.ceil(left), 0.0), min(np.floor(right) + 1.0, float(width))
+    top, bottom = max(np.ceil(top), 0.0), min(np.floor(bottom) + 1.0, float(height))
+    if left >= right or top >= bottom:
+        return 0, 0, 0, 0
+    return int(top), int(bottom), int(left), int(right)
 
 
 @kernel

@@ -72,17 +72,22 @@ def _level(value):
 
 
 @kernel
-def unpack(words, out):
+def unpack(words, out, width, top, bottom, left, right):
     """
-    Turn words of colour (4 n,) into red, green, blue bytes, four pixels in three words (3 n,).
+    Turn a rectangle's words of colour into red, green, blue bytes.
 
-    The bytes are in order where the lowest byte of a word stands first, as on all machines that
-    ROS 2 supports.
+    words: (4 n,), out: (3 n,) uint32: four pixels fill three words. Rows top .. bottom - 1 and
+    columns left .. right - 1 of an image of that width are written, and up to three pixels more
+    at both ends of a row, so that whole groups of four are. The bytes are in order where the
+    lowest byte of a word stands first, as on all machines that ROS 2 supports.
     """
-    for k in range(np.uint64(words.shape[0] // 4)):
-        p, q = np.uint64(4) * k, np.uint64(3) * k
-        a, b = words[p], words[p + np.uint64(1)]
-        c, d = words[p + np.uint64(2)], words[p + np.uint64(3)]
-        out[q] = a | (b << np.uint32(24))
-        out[q + np.uint64(1)] = (b >> np.uint32(8)) | (c << np.uint32(16))
-        out[q + np.uint64(2)] = (c >> np.uint32(16)) | (d << np.uint32(8))
+    for row in range(top, bottom):
+        begin = np.uint64((row * width + left) // 4)
+        end = np.uint64((row * width + right + 3) // 4)
+        for k in range(begin, end):
+            p, q = np.uint64(4) * k, np.uint64(3) * k
+            a, b = words[p], words[p + np.uint64(1)]
+            c, d = words[p + np.uint64(2)], words[p + np.uint64(3)]
+            out[q] = a | (b << np.uint32(24))
+            out[q + np.uint64(1)] = (b >> np.uint32(8)) | (c << np.uint32(16))
+            out[q + np.uint64(2)] = (c >> np.uint32(16)) | (d << np.uint32(8))

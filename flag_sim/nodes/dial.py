@@ -92,4 +92,4 @@ class Dial:
         return one
 
     def _refusal(self, value):
-        return ValueError(f"{self.name} must be {self.rule}, not {value!r}")
+        return ValueError(f'{self.name} must be {self.rule}, not {value!r}')

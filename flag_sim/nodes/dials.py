@@ -22,7 +22,7 @@ TURN = 2.0 * pi
 
 SCENE = (
     Dial('pole.height', 9.0, 'height of the pole without its tip', 'm', 0.1, 1000.0),
-    Dial('pole.diameter', 0.1, 'diameter of the pole; the tip has it for radius', 'm', 0.001, 10.0),
+    Dial('pole.diameter', 0.1, 'diameter of the pole; radius of its tip', 'm', 0.001, 10.0),
     Dial('flag.length', 0.0, 'hoist to fly; 0: one and a half times the width', 'm', 0.0, 100.0),
     Dial('flag.width', 0.0, 'upper to lower edge; 0: a sixth of the pole', 'm', 0.0, 100.0),
     Dial('platform.side', 1.0, 'side of the platform, a square', 'm', 0.01, 100.0),
@@ -36,7 +36,8 @@ WIND = (
          choices=('realtime', 'lockstep')),
     Dial('window', 3, 'lockstep: frames in flight', 'frames', 1, 8),
     Dial('wait_for', ['renderer'], 'nodes whose frame_done makes a frame done', item=str),
-    Dial('resend_after', 1.0, 'lockstep: an unfinished frame is sent again after', 's', 0.05, 60.0),
+    Dial('resend_after', 1.0, 'lockstep: an unfinished frame is sent again after', 's',
+         0.05, 60.0),
     Dial('paused', False, 'no frames while true'),
     Dial('publish_clock', False, 'publish the simulation time on /clock', fixed=True),
     Dial('speed', 6.0, 'wind speed', 'm/s', 0.0, 200.0),
@@ -52,18 +53,19 @@ PHYSICS = (
     Dial('area_density', 0.2, 'mass of the cloth per area', 'kg/m2', 1e-6, 1e6),
     Dial('stiffness', 1000.0, 'stiffness along the threads', 'N/m', 0.0, 1e9),
     Dial('shear_stiffness', 500.0, 'stiffness against shear', 'N/m', 0.0, 1e9),
-    Dial('bend_stiffness', 1e-4, 'stiffness against bending', 'N m', 0.0, 1e6),
-    Dial('damping', 0.02, 'damping ratio of every spring', '', 0.0, 1e6),
+    Dial('bend_stiffness', 1e-3, 'stiffness against bending', 'N m', 0.0, 1e6),
+    Dial('damping', 0.05, 'damping ratio of every spring', '', 0.0, 1e6),
     Dial('node_damping', 0.0, 'rate at which nodes lose speed', '1/s', 0.0, 1e6),
     Dial('gravity', 9.81, 'downward acceleration', 'm/s2', 0.0, 1000.0),
     Dial('air.density', 1.2, 'density of the air', 'kg/m3', 0.0, 1000.0),
-    Dial('air.drag_coefficient', 1.0, 'drag of the faces across the wind', '', 0.0, 100.0),
+    Dial('air.drag_coefficient', 1.17, 'drag of the faces across the wind', '', 0.0, 100.0),
     Dial('substeps', 0, 'steps per frame at least; 0: as many as stability asks', '', 0, 100000),
-    Dial('step_safety', 0.8, 'step as a share of the largest stable one', '', 0.01, 1.0),
+    Dial('step_safety', 0.9, 'step as a share of the largest stable one', '', 0.01, 1.0),
     Dial('substeps_limit', 1000, 'steps per frame at most; beyond, the cloth is made softer',
          '', 1, 100000),
     Dial('max_gap', 1.0, 'longest time between frames that is simulated', 's', 0.0, 3600.0),
 )
+
 
 def _material(thing, color):
     """Return the dials of what a thing is made of."""
@@ -84,7 +86,7 @@ RENDERER = (
     Dial('camera.target', [1.05, 0.0, 8.05], 'point in the middle of the image', 'm', -1e4, 1e4,
          length=3),
     Dial('camera.distance', 5.5, 'from the target', 'm', 0.0, 10000.0),
-    Dial('camera.azimuth', -pi / 2, 'of the camera seen from the target, from +x towards +y', 'rad',
+    Dial('camera.azimuth', -pi / 2, 'of the camera seen from the target, from +x to +y', 'rad',
          -TURN, TURN),
     Dial('camera.elevation', -0.1, 'of the camera seen from the target', 'rad', -pi / 2, pi / 2),
     Dial('camera.roll', 0.0, 'turn about the line of sight', 'rad', -TURN, TURN),
@@ -108,7 +110,8 @@ RENDERER = (
 
 RECORDER = (
     Dial('path', '', 'folder of the new bag; empty: rosbag2_ and the date', fixed=True),
-    Dial('topics', ['camera/image_raw', 'camera/camera_info', 'vertices', 'parameters', 'keyframe'],
+    Dial('topics',
+         ['camera/image_raw', 'camera/camera_info', 'vertices', 'parameters', 'keyframe'],
          'topics to record', item=str, fixed=True),
     Dial('frames', 0, 'end after so many frames; 0: when told to', 'frames', 0, 2**31 - 1,
          fixed=True),

@@ -18,7 +18,7 @@ The order of frames: each served once and in turn, whatever the network does to 
 A frame is known by its take (one run of the shot), its index in it, and the oldest frame of the
 take that somebody may still be waiting for when it was sent. In lockstep the frames from `oldest`
 on are owed: they are served one after another, and one that was lost is waited for, because it
-is sent again. In real time nothing is owed (`oldest` is the frame itself) and a gap is passed over.
+is sent again. In real time nothing is owed (`oldest` is the frame itself) and gaps are passed.
 """
 import enum
 from typing import NamedTuple
@@ -75,7 +75,7 @@ class FrameOrder:
         self._wait(tag)
         return Arrival.NEW
 
-    def next(self, is_ready=lambda tag: True):
+    def next_frame(self, is_ready=lambda tag: True):
         """
         Return the next frame whose turn it is and that `is_ready`, or None.
 

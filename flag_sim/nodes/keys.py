@@ -27,7 +27,7 @@ def key_name(track, part):
 
 
 def accept_keys(name, value):
-    """Return the value of a parameter `keys.*` in its own type; raise ValueError if it has none."""
+    """Return the value of a parameter `keys.*` in its own type, or raise ValueError."""
     if not isinstance(value, (list, tuple)) and not hasattr(value, 'tolist'):
         raise ValueError(f'{name} must be a list, not {value!r}')
     values = list(value)

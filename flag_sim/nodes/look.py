@@ -32,7 +32,7 @@ class Look(NamedTuple):
 
 
 def look_of(values):
-    """Return the Look of the renderer's values {dial: value}; raise ValueError if there is none."""
+    """Return the Look of the renderer's values {dial: value}, or raise ValueError."""
     def group(prefix, *names):
         return {name: values[f'{prefix}.{name}'] for name in names}
 

@@ -70,7 +70,7 @@ def cloud_message(stamp, positions, normals):
 
 def read_cloud(message):
     """
-    Return the positions [m] and the normals, or None where it has none: (rows, columns, 3) float64.
+    Return positions [m] and normals, or None for them: (rows, columns, 3) float64.
 
     Any layout of the fields, byte order and padding is read. Raises ValueError for a message that
     is not an organised cloud of finite points of at least 2 x 2.
@@ -172,7 +172,7 @@ def read_parameters(message):
     Return (tag, wind, keyed) of a ParameterEvent made by `parameters_message`.
 
     A message without the frame's place in a take, such as one typed by hand, has a tag with take
-    None: it is ordered by its stamp alone. Raises ValueError for one that is not finite or has no wind.
+    None: it is ordered by its stamp alone. Raises ValueError for one without a finite wind.
     """
     values = {p.name: parameter_value_to_python(p.value) for p in message.changed_parameters}
     wind = np.asarray(values.pop('wind', ()), dtype=object)

@@ -74,7 +74,7 @@ class Recorder(DialNode):
 
     def _record(self, name):
         topic = self.resolve_topic_name(name)
-        self._bag.add_topic(topic, TOPICS[name].type)
+        self._bag.add_topic(topic, TOPICS[name].message)
 
         def write(data):
             if name == 'parameters':

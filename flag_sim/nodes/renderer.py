@@ -51,7 +51,7 @@ class Renderer(FrameServer):
         self._newest = None
         self._warm_up()
         self._camera_out = {name: publish(self, f'camera/{name}')
-                               for name in ('image_raw', 'camera_info', 'depth/image_raw')}
+                            for name in ('image_raw', 'camera_info', 'depth/image_raw')}
         self._frame_done_out = publish(self, 'frame_done')
         self._start = time.monotonic()
         subscribe(self, 'vertices', self._on_vertices)

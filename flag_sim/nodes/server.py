@@ -90,7 +90,7 @@ class FrameServer(DialNode):
 
     def serve(self):
         """Serve the frames whose turn it is."""
-        while (tag := self._order.next(self.is_ready)) is not None:
+        while (tag := self._order.next_frame(self.is_ready)) is not None:
             wind, keyed = self._inputs[tag.index]
             self._inputs = {i: inputs for i, inputs in self._inputs.items() if i > tag.index}
             # What a user sets meanwhile counts from this frame on; keys count before it.

@@ -41,5 +41,6 @@ class Stopwatch:
         if not total:
             return f'served {self.frames} frames'
         work, publish = (100.0 * self._spent[name] / total for name in ('work', 'publish'))
-        return (f'served {self.frames} frames in {total:.2f} s: wait {100 - work - publish:.1f} %, '
+        wait = 100.0 - work - publish
+        return (f'served {self.frames} frames in {total:.2f} s: wait {wait:.1f} %, '
                 f'work {work:.1f} %, publish {publish:.1f} %')

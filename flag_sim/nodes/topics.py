@@ -27,7 +27,7 @@ from std_msgs.msg import Empty, Header
 class Topic(NamedTuple):
     """A topic's message type, and whether every frame brings one message."""
 
-    type: type
+    message: type
     every_frame: bool
 
 
@@ -55,9 +55,9 @@ def _quality():
 
 def publish(node, name):
     """Return a publisher of topic `name` of `TOPICS` for `node`."""
-    return node.create_publisher(TOPICS[name].type, name, **_quality())
+    return node.create_publisher(TOPICS[name].message, name, **_quality())
 
 
 def subscribe(node, name, callback, raw=False):
     """Subscribe `node` to topic `name` of `TOPICS`; raw: the callback gets serialised bytes."""
-    return node.create_subscription(TOPICS[name].type, name, callback, raw=raw, **_quality())
+    return node.create_subscription(TOPICS[name].message, name, callback, raw=raw, **_quality())

@@ -150,8 +150,8 @@ class Wind(DialNode):
         self._resent += 1
         if now - frame.first_time > after:
             self.get_logger().warning(
-                f'frame {frame.tag.index} (t = {frame.tag.stamp / 1e9:.3f} s) is not done: waiting '
-                f'for {", ".join(sorted(frame.waiting_for))}; sent again',
+                f'frame {frame.tag.index} (t = {frame.tag.stamp / 1e9:.3f} s) is not done: '
+                f'waiting for {", ".join(sorted(frame.waiting_for))}; sent again',
                 throttle_duration_sec=5.0)
 
     def _on_frame_done(self, message):

@@ -64,7 +64,7 @@ class Watcher:
         """Return the value of a parameter."""
         return parameter_value_to_python(self._result(client.get_parameters([name])).values[0])
 
-    def set(self, client, name, value):
+    def put(self, client, name, value):
         """Set a parameter as `ros2 param set` does; return the result."""
         parameter = Parameter(name, value=value)
         return self._result(client.set_parameters([parameter])).results[0]
