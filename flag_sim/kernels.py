@@ -112,8 +112,10 @@ def kernel(function=None, **options):
     """
     if function is None:
         return functools.partial(kernel, **options)
+    is_kept = options.pop('cache', True)
     options = {'nogil': True, 'error_model': 'numpy', 'fastmath': {'contract'},
                'pipeline_class': _NoAliasCompiler, **options}
     dispatcher = numba.njit(function, **options)
-    dispatcher._cache = _Cache(function)
+    if is_kept:
+        dispatcher._cache = _Cache(function)
     return dispatcher

@@ -47,9 +47,9 @@ class Camera:
     width: int = 640
     height: int = 480
     projection: str = 'perspective'
-    vertical_fov: float = 0.5
+    vertical_fov: float = 0.56
     scale: float = 3.0
-    target: tuple = (1.05, 0.0, 8.05)
+    target: tuple = (1.1, 0.0, 7.85)
     distance: float = 5.5
     azimuth: float = -math.pi / 2.0
     elevation: float = -0.1

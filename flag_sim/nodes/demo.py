@@ -20,6 +20,7 @@ import shutil
 import sys
 import time
 
+from flag_sim.nodes import messages
 from flag_sim.nodes.config import config_path
 from flag_sim.nodes.film import images_of, write_animation, write_contact_sheet
 from flag_sim.nodes.graph import Graph
@@ -37,13 +38,16 @@ class Progress:
 
     def __init__(self, frames):
         self.bar = tqdm(total=frames, unit='frame', desc='filming')
+        self.stamps = set()
         self.first = self.last = None
         self.changed = time.monotonic()
 
     def on_frame_done(self, message):
-        """Note a frame."""
-        if message.frame_id != 'recorder':
+        """Note a frame; one that was sent again counts once."""
+        stamp = messages.to_stamp(message.stamp)
+        if message.frame_id != 'recorder' or stamp in self.stamps:
             return
+        self.stamps.add(stamp)
         self.last = self.changed = time.monotonic()
         self.first = self.first or self.last
         self.bar.update()

@@ -62,6 +62,7 @@ class Recorder(DialNode):
         self._missing = {}  # topics that have not come, by stamp, of frames that are not whole
         self._whole = collections.OrderedDict()  # stamps of the latest whole frames
         self._order = FrameOrder()
+        self._has_take = False
         self._offset = self._newest = 0
         self._copies = self._lost = 0
         self._stopwatch = Stopwatch()
@@ -88,12 +89,15 @@ class Recorder(DialNode):
             tag, _, _ = messages.read_parameters(deserialize_message(data, ParameterEvent))
         except ValueError:
             return  # physics refuses it and says so; here it is only recorded
-        if tag.take is not None and self._order.arrive(tag) is Arrival.RESTART:
-            if self._whole or self._missing:
-                self._offset = self._newest + TAKE_GAP
+        if tag.take is None or self._order.arrive(tag) is not Arrival.RESTART:
+            return
+        # Images of the first take may come before its parameters: they belong to it.
+        if self._has_take:
+            self._offset = self._newest + TAKE_GAP
             self._lost += len(self._missing)
             self._missing.clear()
             self._whole.clear()
+        self._has_take = True
 
     def _write(self, name, topic, data):
         if self.ended.done():
@@ -103,6 +107,9 @@ class Recorder(DialNode):
             if stamp in self._whole:
                 self._copies += 1
                 self._say_done(stamp)  # it was not heard the first time
+                return
+            if len(self._whole) == REMEMBERED and stamp < next(iter(self._whole)):
+                self._copies += 1
                 return
             missing = self._missing.setdefault(stamp, set(self._every_frame))
             if name not in missing:
