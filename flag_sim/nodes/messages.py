@@ -46,11 +46,17 @@ def header(stamp, frame_id):
     return Header(stamp=to_time(stamp), frame_id=frame_id)
 
 
-def _bytes(values):
-    """Return an array's bytes as the one type that message setters do not check byte by byte."""
+def _fill(message, values):
+    """
+    Give a message the bytes of an array as its data; return it.
+
+    An array.array is the one type that a setter does not go through byte by byte, and one that
+    checks keeps it; the constructor, and a setter that does not check, would copy it.
+    """
     packed = array.array('B')
     packed.frombytes(np.ascontiguousarray(values).view(np.uint8).reshape(-1).data)
-    return packed
+    message.data = packed
+    return message
 
 
 def cloud_message(stamp, positions, normals):
@@ -63,9 +69,10 @@ def cloud_message(stamp, positions, normals):
     points = np.concatenate([positions, normals], axis=2, dtype=np.float32)
     fields = [PointField(name=name, offset=4 * i, datatype=PointField.FLOAT32, count=1)
               for i, name in enumerate(CLOUD_FIELDS)]
-    return PointCloud2(header=header(stamp, WORLD), height=rows, width=columns, fields=fields,
-                       is_bigendian=False, point_step=24, row_step=24 * columns,
-                       is_dense=True, data=_bytes(points))
+    message = PointCloud2(header=header(stamp, WORLD), height=rows, width=columns, fields=fields,
+                          is_bigendian=False, point_step=24, row_step=24 * columns,
+                          is_dense=True, check_fields=True)
+    return _fill(message, points)
 
 
 def read_cloud(message):
@@ -119,15 +126,17 @@ def _read_fields(message, fields, names):
 def image_message(stamp, rgb):
     """Return an rgb8 Image of a (height, width, 3) uint8 array."""
     height, width = rgb.shape[:2]
-    return Image(header=header(stamp, OPTICAL), height=height, width=width, encoding='rgb8',
-                 is_bigendian=False, step=3 * width, data=_bytes(rgb))
+    return _fill(Image(header=header(stamp, OPTICAL), height=height, width=width,
+                       encoding='rgb8', is_bigendian=False, step=3 * width,
+                       check_fields=True), rgb)
 
 
 def depth_message(stamp, depth):
     """Return a 32FC1 Image of a (height, width) float32 array [m]."""
     height, width = depth.shape
-    return Image(header=header(stamp, OPTICAL), height=height, width=width, encoding='32FC1',
-                 is_bigendian=False, step=4 * width, data=_bytes(depth))
+    return _fill(Image(header=header(stamp, OPTICAL), height=height, width=width,
+                       encoding='32FC1', is_bigendian=False, step=4 * width,
+                       check_fields=True), depth)
 
 
 def camera_info_message(stamp, camera):

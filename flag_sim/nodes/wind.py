@@ -134,7 +134,9 @@ class Wind(DialNode):
     # Lockstep.
 
     def _fill_window(self):
-        while (len(self._flight) < self.values['window'] and not self.values['paused']
+        # Alone at first: what is sent before everybody has found everybody may be lost.
+        window = self.values['window'] if self._ever_done else 1
+        while (len(self._flight) < window and not self.values['paused']
                and self._reset_since is None and not self._is_last_sent()):
             self._send(time.monotonic())
 
