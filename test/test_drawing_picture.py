@@ -86,7 +86,8 @@ VIEWS = {
                                 'roll': 0.7, 'vertical_fov': 1.8},
     'on the platform': {'target': (0.2, 0.2, 0.35), 'distance': 0.1, 'azimuth': 0.6,
                         'elevation': 0.1, 'vertical_fov': 2.4},
-    'orthographic': {'projection': 'orthographic', 'elevation': 0.4},
+    'orthographic': {'projection': 'orthographic', 'target': (1.05, 0, 8.05),
+                     'elevation': 0.4},
     'orthographic, cut by the near plane': {'projection': 'orthographic', 'scale': 4.0,
                                             'distance': 0.0, 'azimuth': 0.3},
 }
@@ -109,7 +110,7 @@ def test_mask_and_depth_against_rays(view):
 
 
 def test_a_vertex_is_where_pose_and_projection_say():
-    camera = Camera(width=321, height=203, azimuth=-1.2, elevation=0.3, roll=0.2)
+    camera = Camera(width=321, height=203, vertical_fov=0.5, azimuth=-1.2, elevation=0.3, roll=0.2)
     picture = Picture()
     for point in ((0.5, 0.1, 8.0), (1.9, -0.3, 8.7), (1.0, 0.0, 7.3)):
         # A tiny square about the point, that must be drawn about its pixel.

@@ -17,6 +17,7 @@ import collections
 import datetime
 import struct
 import sys
+import time
 
 from flag_sim.nodes import messages
 from flag_sim.nodes.bag import Bag
@@ -31,6 +32,9 @@ from rclpy.serialization import deserialize_message
 
 REMEMBERED = 1024  # frames of which copies are recognised
 TAKE_GAP = 100_000_000  # time in the bag between two takes [ns]
+# Its last word may be lost, so a recorder that has all its frames goes on answering until the
+# wind is gone or has not asked again for so long [s].
+LINGER = 3.0
 
 
 def serialized_stamp(data):
@@ -100,17 +104,19 @@ class Recorder(DialNode):
         self._has_take = True
 
     def _write(self, name, topic, data):
-        if self.ended.done():
-            return
         stamp = serialized_stamp(data)
         if name in self._every_frame:
             if stamp in self._whole:
                 self._copies += 1
+                self._last_asked = time.monotonic()
                 self._say_done(stamp)  # it was not heard the first time
                 return
             if len(self._whole) == REMEMBERED and stamp < next(iter(self._whole)):
                 self._copies += 1
                 return
+        if self._is_full or self.ended.done():
+            return
+        if name in self._every_frame:
             missing = self._missing.setdefault(stamp, set(self._every_frame))
             if name not in missing:
                 self._copies += 1
@@ -136,7 +142,18 @@ class Recorder(DialNode):
             self._lost += 1
         self._stopwatch.frames += 1
         self._say_done(stamp)
-        if self._stopwatch.frames == self.values['frames']:
+        if self._is_full:
+            self._last_asked = time.monotonic()
+            self.create_timer(0.1, self._end_when_heard)
+
+    @property
+    def _is_full(self):
+        return 0 < self.values['frames'] <= self._stopwatch.frames
+
+    def _end_when_heard(self):
+        heard = (not self.count_publishers('parameters')
+                 or time.monotonic() - self._last_asked > LINGER)
+        if heard and not self.ended.done():
             self.ended.set_result(0)
 
     def _say_done(self, stamp):

@@ -136,9 +136,13 @@ class Wind(DialNode):
     def _fill_window(self):
         # Alone at first: what is sent before everybody has found everybody may be lost.
         window = self.values['window'] if self._ever_done else 1
-        while (len(self._flight) < window and not self.values['paused']
+        while (self._index - self._oldest_index() < window and not self.values['paused']
                and self._reset_since is None and not self._is_last_sent()):
             self._send(time.monotonic())
+
+    def _oldest_index(self):
+        """Return the oldest frame that may be asked for again; all nodes keep those after it."""
+        return self._flight.oldest.tag.index if len(self._flight) else self._index
 
     def _resend(self, now):
         after = self.values['resend_after']
@@ -205,9 +209,9 @@ class Wind(DialNode):
 
     def _send(self, now):
         stamp = self._stamp(self._index)
-        owed = self.values['pace'] == 'lockstep' and len(self._flight)
-        oldest = self._flight.oldest.tag.index if owed else self._index
-        tag = Tag(stamp, self._take, self._index, oldest)
+        in_turn = self.values['pace'] == 'lockstep'
+        tag = Tag(stamp, self._take, self._index,
+                  self._oldest_index() if in_turn else self._index)
         with self._stopwatch.share('work'):
             keyed = keys.values_at(self._tracks, stamp / 1e9)
             wind = wind_vector(*(keyed.get(f'wind.{name}', self.values[name])
