@@ -90,6 +90,7 @@ setup(
         # The linters are ROS's own, with the plugins that their package.xml files ask for.
         'test': [
             'pytest>=7.4,<10',
+            'scipy>=1.11,<2',
             'hypothesis>=6.98,<7',
             'catkin_pkg>=1,<2',
             'ros-kilted-ament-flake8>=0.19.2,<0.20',

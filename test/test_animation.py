@@ -14,10 +14,12 @@
 
 """Tracks and their laws."""
 from flag_sim.animation.laws import LAWS
+from flag_sim.animation.timeline import Timeline
 from flag_sim.animation.tracks import Track
 from flag_sim.animation.wind import wind_vector
 import numpy as np
 import pytest
+from scipy.interpolate import PchipInterpolator
 
 
 def test_linear_goes_at_constant_speed():
@@ -48,9 +50,68 @@ def test_each_segment_has_the_law_of_its_first_key():
 
 
 @pytest.mark.parametrize('law', LAWS)
-def test_every_law_begins_at_its_key(law):
-    """At the earlier key every law gives that key's value, exactly."""
-    assert LAWS[law](0.0, 0.1, 0.7) == 0.1
+@pytest.mark.parametrize('values', [[0.1, 0.7, -0.3], [[1.0, 0.0], [0.2, 3.0], [0.5, 0.5]]])
+def test_every_law_hits_its_keys(law, values):
+    """At its keys a track has exactly their values, numbers and vectors alike."""
+    track = Track([0.0, 1.0, 3.0], values, [law] * 3)
+    for time, value in zip(track.times, values):
+        assert np.array_equal(track.at(time), value)
+
+
+def test_ease_starts_and_arrives_at_rest():
+    """The smoothstep by its formula."""
+    track = Track([1.0, 3.0], [2.0, 6.0], ['ease', 'step'])
+    for time in np.linspace(1.0, 3.0, 41):
+        f = (time - 1.0) / 2.0
+        assert track.at(time) == pytest.approx(2.0 + 4.0 * (3 * f**2 - 2 * f**3), abs=1e-12)
+
+
+@pytest.mark.parametrize('seed', range(20))
+def test_cubic_is_scipys_monotone_interpolator(seed):
+    """Against an independent implementation, on steep, flat and uneven keys."""
+    source = np.random.default_rng(seed)
+    count = source.integers(2, 12)
+    times = np.cumsum(source.uniform(0.01, 3.0, count))
+    values = source.normal(size=count) * source.choice([0.0, 1.0, 1000.0], count)
+    track = Track(times, values, ['cubic'] * count)
+    asked = np.linspace(times[0], times[-1], 300)
+    expected = PchipInterpolator(times, values)(asked)
+    found = [track.at(time) for time in asked]
+    assert np.allclose(found, expected, rtol=0.0, atol=1e-12 * max(1.0, np.abs(values).max()))
+
+
+def test_cubic_never_overshoots():
+    """Between two keys the value stays between theirs."""
+    track = Track([0.0, 1.0, 1.1, 4.0], [0.0, 0.0, 10.0, 10.0], ['cubic'] * 4)
+    values = [track.at(time) for time in np.linspace(0.0, 4.0, 1000)]
+    assert min(values) >= 0.0 and max(values) <= 10.0
+
+
+@pytest.mark.parametrize('law', ['linear', 'ease', 'cubic'])
+def test_angles_take_the_short_way(law):
+    """From 3 rad to -3 rad it is a small step across half a turn."""
+    track = Track([0.0, 1.0], [3.0, -3.0], [law] * 2, is_angle=True)
+    assert track.at(0.5) == pytest.approx(np.pi)
+    assert all(3.0 <= track.at(t) <= 2 * np.pi - 3.0 for t in np.linspace(0.0, 0.999, 50))
+    assert track.at(1.0) == -3.0
+
+
+def test_a_loop_repeats_while_time_goes_on():
+    """Values come again every round, and each key is crossed once a round."""
+    tracks = {'a': Track([0.0, 1.0, 2.0], [0.0, 4.0, 0.0])}
+    timeline = Timeline(tracks, [(0.5, 'here')], loop=True)
+    assert [timeline.at(t)['a'] for t in (0.25, 2.25, 40.25)] == [1.0, 1.0, 1.0]
+    edges = [-1e-9, *np.arange(0.0, 6.01, 0.3), 6.0]
+    found = [event for a, b in zip(edges, edges[1:]) for event in timeline.crossed(a, b)]
+    assert found == [(0.0, 'a'), (0.5, 'here'), (1.0, 'a'), (2.0, 'a'), (2.5, 'here'), (3.0, 'a'),
+                     (4.0, 'a'), (4.5, 'here'), (5.0, 'a'), (6.0, 'a')]
+
+
+def test_several_keys_in_one_frame_are_all_crossed_in_order():
+    """A long frame finds everything within it."""
+    tracks = {'b': Track([0.1, 0.2], [0, 1]), 'a': Track([0.15], [0])}
+    timeline = Timeline(tracks, [(0.12, 'event')])
+    assert timeline.crossed(0.0, 1.0) == [(0.1, 'b'), (0.12, 'event'), (0.15, 'a'), (0.2, 'b')]
 
 
 def test_keys_are_crossed_once():

@@ -134,6 +134,7 @@ def test_real_time_keeps_to_the_clock(tmp_path, domain):
         assert graph.processes['wind'].poll() == 0, graph.log('wind')
         for _ in range(5):
             watcher.spin()
+        assert 'over: 100 frames, 0 sent again' in graph.log('wind')
     stamps = [to_stamp(message.header.stamp) for message in wind]
     # The first frames may go before anybody is there, and a busy machine may miss some.
     assert len(stamps) > 50

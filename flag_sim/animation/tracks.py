@@ -16,7 +16,8 @@
 import bisect
 import math
 
-from flag_sim.animation.laws import HOLDS, LAWS
+from flag_sim.animation.laws import HOLDS, LAWS, monotone_slopes
+import numpy as np
 
 
 class Track:
@@ -24,19 +25,28 @@ class Track:
     The keys of one value.
 
     times: (n,) [s], finite and strictly increasing, n >= 1.
-    values: (n,) numbers, booleans or strings.
+    values: (n,) numbers, booleans or strings, or (n, k) numbers: a vector a key.
     laws: (n,) names out of `laws.LAWS`, each for the segment that its key begins; the last one
     only matters to a key that is appended later. Omitted laws are `linear`, or `step` where the
-    values are booleans or strings.
+    values are booleans or strings. Neighbouring cubic segments share one smooth curve.
+    is_angle: values are directions [rad]; from key to key they take the short way round.
     Raises ValueError that names the rule and the offending value.
     """
 
-    def __init__(self, times, values, laws=None):
+    def __init__(self, times, values, laws=None, is_angle=False):
         self.times = [float(time) for time in times]
         self.values = list(values)
         holds = any(isinstance(value, HOLDS) for value in self.values)
         self.laws = list(laws) if laws else ['step' if holds else 'linear'] * len(self.times)
         self._check(holds)
+        self._path = self.values
+        if not holds:
+            self._path = np.asarray(self.values, float)
+            if is_angle:
+                self._path = np.unwrap(self._path, axis=0)
+            if self._path.ndim == 1:
+                self._path = self._path.tolist()  # plain numbers are faster one by one
+        self._slopes = {} if holds else self._cubic_slopes()
 
     def _check(self, holds):
         if not self.times:
@@ -59,18 +69,45 @@ class Track:
         if len({isinstance(value, HOLDS) and type(value) for value in self.values}) > 1:
             raise ValueError(f'values must be of one type: {self.values}')
         for value in self.values:
-            if not isinstance(value, HOLDS) and not math.isfinite(value):
+            if not isinstance(value, HOLDS) and not np.all(np.isfinite(value)):
                 raise ValueError(f'values must be finite, not {value}')
 
+    def _cubic_slopes(self):
+        """Return {key: (slope there, slope at the next)}, in values per segment, where cubic."""
+        slopes = {}
+        begin = 0
+        while begin < len(self.times) - 1:
+            end = begin
+            while end < len(self.times) - 1 and self.laws[end] == 'cubic':
+                end += 1
+            if end > begin:
+                run = monotone_slopes(self.times[begin:end + 1], self._path[begin:end + 1])
+                for k in range(begin, end):
+                    width = self.times[k + 1] - self.times[k]
+                    both = width * run[k - begin:k - begin + 2]
+                    slopes[k] = both.tolist() if both.ndim == 1 else tuple(both)
+            begin = max(end, begin + 1)
+        return slopes
+
     def at(self, time):
-        """Return the value at `time` [s]; before the first and after the last key it holds."""
+        """
+        Return the value at `time` [s]; before the first and after the last key it holds.
+
+        At a key it is exactly the key's value; a vector comes as an array (k,).
+        """
         k = bisect.bisect_right(self.times, time) - 1
-        if k < 0:
-            return self.values[0]
-        if k == len(self.times) - 1:
+        if k < 0 or k == len(self.times) - 1 or self.times[k] == time:
+            return self.values[max(k, 0)]
+        if self.laws[k] == 'step':
             return self.values[k]
         fraction = (time - self.times[k]) / (self.times[k + 1] - self.times[k])
-        return LAWS[self.laws[k]](fraction, self.values[k], self.values[k + 1])
+        before, after = self._path[k], self._path[k + 1]
+        law = LAWS[self.laws[k]]
+        value = law(fraction, before, after, *self._slopes.get(k, ()))
+        # All laws stay between their keys, but for rounding: a value must not leave its range.
+        if isinstance(value, float):
+            return min(max(value, min(before, after)), max(before, after))
+        return np.clip(value, np.minimum(before, after), np.maximum(before, after))
 
     def crossed(self, after, until):
         """Return the times of the keys in the interval (after, until] [s]."""

@@ -12,16 +12,49 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The wind as a vector from its speed and direction."""
+"""The wind as a vector, from its speed, its direction and its gusts."""
 import numpy as np
 
 
-def wind_vector(speed, azimuth, elevation):
+def wind_vector(speed, azimuth, elevation, gust=(0.0, 0.0, 0.0)):
     """
     Return the wind's velocity (3,) [m/s]: where it blows to.
 
     speed [m/s]; azimuth [rad] from +x towards +y; elevation [rad] above the ground.
+    gust: turbulence in parts of the speed along the wind, across it to the left, and upwards.
     """
-    return speed * np.array([np.cos(elevation) * np.cos(azimuth),
-                             np.cos(elevation) * np.sin(azimuth),
-                             np.sin(elevation)])
+    along = np.array([np.cos(elevation) * np.cos(azimuth),
+                      np.cos(elevation) * np.sin(azimuth),
+                      np.sin(elevation)])
+    across = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
+    upwards = np.cross(along, across)
+    return speed * ((1.0 + gust[0]) * along + gust[1] * across + gust[2] * upwards)
+
+
+class Passage:
+    """
+    How far a wind of changing speed has gone: the integral of the speed over time.
+
+    speed_at(time [s]) gives the speed [m/s]; distance [m] is what had passed at `start` [s].
+    The trapezoids stand on a lattice of their own, so the distance at a time is the same
+    whatever the times that were asked for before, and so whatever the frame rate.
+    """
+
+    STEP = 1.0 / 64.0  # of the lattice [s]: gusts shorter than a frame of 60 Hz are not seen
+
+    def __init__(self, speed_at, start=0.0, distance=0.0):
+        self._speed_at = speed_at
+        self._start = start
+        self._passed = [distance]
+        self._speed = speed_at(start)
+
+    def at(self, time):
+        """Return the distance [m] at `time` [s], not before `start`."""
+        whole = int((time - self._start) / self.STEP)
+        while len(self._passed) <= whole:
+            speed = self._speed_at(self._start + len(self._passed) * self.STEP)
+            self._passed.append(self._passed[-1] + 0.5 * (self._speed + speed) * self.STEP)
+            self._speed = speed
+        begin = self._start + whole * self.STEP
+        return self._passed[whole] + 0.5 * (time - begin) * (
+            self._speed_at(begin) + self._speed_at(time))

@@ -43,6 +43,13 @@ WIND = (
     Dial('speed', 6.0, 'wind speed', 'm/s', 0.0, 200.0),
     Dial('azimuth', 0.35, 'where the wind blows to, from +x towards +y', 'rad', -TURN, TURN),
     Dial('elevation', 0.0, 'where the wind blows to, above the ground', 'rad', -pi / 2, pi / 2),
+    Dial('gust.intensity', 0.0, 'turbulence as a part of the speed (Dryden); 0: steady wind', '',
+         0.0, 2.0),
+    Dial('gust.length', 5.0, 'size of the eddies', 'm', 0.01, 10000.0),
+    Dial('gust.seed', 0, 'another seed, another series', '', 0, 2**31 - 1),
+    Dial('loop', False, 'after the last key or event, begin with the first again'),
+    Dial('events.names', [], 'events to announce on keyframe', item=str),
+    Dial('events.times', [], 'their times', 's', 0.0, 1e9),
     Dial('tracks', [], 'keyed parameters, as node.parameter; each has keys.<track>.times, '
          '.values and .laws', item=str),
 )

@@ -13,12 +13,17 @@
 # limitations under the License.
 
 """Tracks as parameters of the wind node: `tracks` names them, `keys.<track>.*` hold their keys."""
+import functools
+import math
+
+from flag_sim.animation.timeline import Timeline
 from flag_sim.animation.tracks import Track
-from flag_sim.nodes.dials import NODES
+from flag_sim.nodes.dials import NODES, TURN
+import numpy as np
 
 PARTS = ('times', 'values', 'laws')
 # What of the wind node itself can be keyed: the wind, not the clock that plays it.
-WIND_KEYED = ('speed', 'azimuth', 'elevation')
+WIND_KEYED = ('speed', 'azimuth', 'elevation', 'gust.intensity')
 
 
 def key_name(track, part):
@@ -39,27 +44,35 @@ def accept_keys(name, value):
     return [float(v) for v in values] if values and len(numbers) == len(values) else values
 
 
+@functools.lru_cache(maxsize=None)
 def target_dial(track):
-    """Return the dial that a track animates; raise ValueError if there is none or it cannot be."""
+    """Return the dial that a track animates; raise ValueError if it cannot be keyed."""
     node, _, name = track.partition('.')
     if node not in NODES:
         raise ValueError(f"track '{track}' must begin with one of {', '.join(NODES)} and a dot")
     dial = next((dial for dial in NODES[node] if dial.name == name), None)
     if dial is None:
         raise ValueError(f"track '{track}': /{node} has no parameter '{name}'")
-    if dial.fixed or dial.is_list or node == 'recorder' or (
+    if dial.fixed or node == 'recorder' or (dial.is_list and not dial.length) or (
             node == 'wind' and name not in WIND_KEYED):
         raise ValueError(f"track '{track}': this parameter cannot be keyed")
     return dial
 
 
-def read_tracks(values):
+def is_angle(dial):
+    """Say whether a dial is a direction, of which a turn more is the same."""
+    return dial.unit == 'rad' and dial.high == TURN
+
+
+def read_timeline(values):
     """
-    Return {track name: (Track, dial)} from the wind's parameters {name: value}.
+    Return the Timeline of the wind's parameters {name: value}.
 
     Every key's value is checked against the parameter that it animates. Raises ValueError.
     """
     tracks = {}
+    if len(set(values['tracks'])) < len(values['tracks']):
+        raise ValueError(f"tracks must name each track once: {values['tracks']}")
     for name in values['tracks']:
         dial = target_dial(name)
         times, keys, laws = (values.get(key_name(name, part)) for part in PARTS)
@@ -67,17 +80,47 @@ def read_tracks(values):
             raise ValueError(f"track '{name}' needs {key_name(name, 'times')} and "
                              f"{key_name(name, 'values')}")
         try:
-            # A whole number goes through parameters as a number and comes back here.
-            whole = isinstance(dial.default, int) and not isinstance(dial.default, bool)
-            keys = [int(v) if whole and v == int(v) else v for v in keys]
-            tracks[name] = Track(times, [dial.accept(v) for v in keys], laws), dial
+            tracks[name] = Track(times, _accepted(dial, keys), laws, is_angle(dial))
         except (ValueError, TypeError, OverflowError) as error:
             raise ValueError(f"track '{name}': {error}") from None
-    return tracks
+    return Timeline(tracks, _read_events(values), values['loop'])
 
 
-def values_at(tracks, time):
-    """Return {track name: value at `time` [s]}; a whole number's states in between are rounded."""
-    return {name: type(dial.default)(round(track.at(time)) if type(dial.default) is int
-                                     else track.at(time))
-            for name, (track, dial) in tracks.items()}
+def _accepted(dial, keys):
+    """Return a track's values, a list of vectors where the dial is a list."""
+    if dial.is_list:
+        if len(keys) % dial.length:
+            raise ValueError(f'values must hold {dial.length} numbers a key, not {len(keys)}')
+        return [dial.accept(keys[i:i + dial.length]) for i in range(0, len(keys), dial.length)]
+    # A whole number goes through parameters as a number and comes back here.
+    return [dial.accept(int(v) if _is_whole(dial) and v == int(v) else v) for v in keys]
+
+
+def _is_whole(dial):
+    return type(dial.default) is int
+
+
+def _read_events(values):
+    names, times = values['events.names'], values['events.times']
+    if len(names) != len(times):
+        raise ValueError('events.names and events.times must be of one length, not '
+                         f'{len(names)} and {len(times)}')
+    return list(zip(times, names))
+
+
+def values_at(timeline, time):
+    """Return {track name: value at `time` [s]} as the parameters take them."""
+    return {name: _as_parameter(target_dial(name), value)
+            for name, value in timeline.at(time).items()}
+
+
+def _as_parameter(dial, value):
+    """Return a value in the dial's type: whole numbers rounded, directions within a turn."""
+    if dial.is_list:
+        return np.asarray(value, float).tolist()
+    if _is_whole(dial):
+        return round(value)
+    if isinstance(dial.default, float):
+        value = float(value)
+        return math.remainder(value, TURN) if is_angle(dial) and abs(value) > TURN else value
+    return value

@@ -22,7 +22,8 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.task import Future
 
-ARRAY_TYPES = {str: Parameter.Type.STRING_ARRAY, float: Parameter.Type.DOUBLE_ARRAY}
+ARRAY_TYPES = {str: Parameter.Type.STRING_ARRAY, float: Parameter.Type.DOUBLE_ARRAY,
+               bool: Parameter.Type.BOOL_ARRAY}
 # Names that rclpy itself declares and reads.
 ROS_NAMES = ('use_sim_time', 'start_type_description_service', 'qos_overrides.')
 
@@ -60,8 +61,7 @@ class DialNode(Node):
                 self.values[dial.name] = dial.accept(value)
             except ValueError as error:
                 raise BadParameter(str(error)) from None
-            self.declare_parameter(dial.name, self.values[dial.name], _descriptor(dial),
-                                   ignore_override=True)
+            self._declare_one(dial)
         self.adopt(given)
         for name in given:
             if not name.startswith(ROS_NAMES):
@@ -71,6 +71,16 @@ class DialNode(Node):
             self.check(self.values)
         except ValueError as error:
             raise BadParameter(str(error)) from None
+
+    def _declare_one(self, dial):
+        value = self.values[dial.name]
+        if value == []:  # of which rclpy cannot tell the type
+            parameter = to_parameter(dial.name, value, dial.item)
+            self.declare_parameter(dial.name, parameter.type_, _descriptor(dial),
+                                   ignore_override=True)
+            super().set_parameters_atomically([parameter])
+        else:
+            self.declare_parameter(dial.name, value, _descriptor(dial), ignore_override=True)
 
     def _warn_of(self, name):
         """Warn of a name that nobody reads; rclpy would ignore it without a word."""
@@ -125,13 +135,14 @@ class DialNode(Node):
     def _typed(self, parameter, changes):
         if parameter.name not in changes:
             return parameter
-        return to_parameter(parameter.name, changes[parameter.name])
+        dial = self._dials.get(parameter.name)
+        return to_parameter(parameter.name, changes[parameter.name], dial.item if dial else str)
 
 
-def to_parameter(name, value):
-    """Return the rclpy Parameter of a value; an empty list is one of texts."""
+def to_parameter(name, value, item=str):
+    """Return the rclpy Parameter of a value; an empty list is one of `item`."""
     if isinstance(value, list):
-        item = float if value and not isinstance(value[0], str) else str
+        item = type(value[0]) if value else item
         return Parameter(name, ARRAY_TYPES[item], value)
     return Parameter(name, value=value)
 

@@ -16,7 +16,8 @@
 import sys
 import time
 
-from flag_sim.animation.wind import wind_vector
+from flag_sim.animation.gusts import Gusts
+from flag_sim.animation.wind import Passage, wind_vector
 from flag_sim.nodes import keys, messages
 from flag_sim.nodes.dials import WIND
 from flag_sim.nodes.flight import Flight
@@ -26,6 +27,7 @@ from flag_sim.nodes.parameters import DialNode
 from flag_sim.nodes.stopwatch import Stopwatch
 from flag_sim.nodes.topics import publish, subscribe
 from geometry_msgs.msg import Vector3, Vector3Stamped
+import numpy as np
 from rclpy.clock import Clock, ClockType
 from rosgraph_msgs.msg import Clock as ClockMessage
 
@@ -38,9 +40,8 @@ class Wind(DialNode):
     """Publishes one `parameters` message per frame, `keyframe` at keys, and ends the shot."""
 
     def __init__(self):
-        self._tracks = {}
         super().__init__('wind', WIND, allow_undeclared_parameters=True)
-        self._tracks = keys.read_tracks(self.values)
+        self._timeline = keys.read_timeline(self.values)
         self._parameters_out = publish(self, 'parameters')
         self._keyframe_out = publish(self, 'keyframe')
         self._wind_out = publish(self, 'wind')
@@ -62,7 +63,7 @@ class Wind(DialNode):
     def _plan(self):
         frames, rate = self.values['frames'], self.values['rate']
         length = f'{frames} frames' if frames else 'frames without end'
-        return f'{length} at {rate:g} Hz, {len(self._tracks)} tracks'
+        return f'{length} at {rate:g} Hz, {len(self._timeline.tracks)} tracks'
 
     # Parameters.
 
@@ -81,13 +82,16 @@ class Wind(DialNode):
 
     def check(self, values):
         """Refuse tracks that cannot be played."""
-        keys.read_tracks(values)
+        keys.read_timeline(values)
 
     def apply(self, changed):
         """Play on with the new values."""
-        self._tracks = keys.read_tracks(self.values)
+        now = self._stamp(self._index)
+        passed = self._passage.at(now / 1e9)
+        self._timeline = keys.read_timeline(self.values)
+        self._begin_wind(now / 1e9, passed)
         if 'rate' in changed:
-            self._origin = (self._index, self._stamp(self._index))
+            self._origin = (self._index, now)
             self._rate = self.values['rate']
         if changed & {'rate', 'pace', 'paused', 'frames'}:
             self._due_origin = None
@@ -103,6 +107,27 @@ class Wind(DialNode):
         self._due_origin = None
         self._previous = -1  # stamp of the frame before [ns]; a key at 0 is crossed by frame 0
         self._flight.clear()
+        self._begin_wind(0.0, 0.0)
+
+    def _begin_wind(self, time_now, passed):
+        """Let the wind go on from the distance that it has gone, with the present dials."""
+        self._gusts = Gusts(self.values['gust.length'], self.values['gust.seed'])
+        self._passage = Passage(lambda t: self._wind_value('speed', t), time_now, passed)
+
+    def _wind_value(self, name, time_then):
+        track = f'wind.{name}'
+        if track in self._timeline.tracks:
+            return self._timeline.value(track, time_then)
+        return self.values[name]
+
+    def _wind_at(self, time_then):
+        """Return the wind's velocity (3,) [m/s]."""
+        speed, azimuth, elevation, intensity = (
+            self._wind_value(name, time_then) for name in keys.WIND_KEYED)
+        gust = np.zeros(3)
+        if intensity > 0.0:
+            gust = intensity * self._gusts.at(self._passage.at(time_then))
+        return wind_vector(speed, azimuth, elevation, gust)
 
     def _stamp(self, index):
         """Return frame n's stamp [ns]: n / rate, without accumulated error."""
@@ -173,14 +198,16 @@ class Wind(DialNode):
 
     def _send_due(self, now):
         """Send the frame that is due; time that went by without the timer is frames missed."""
+        if self._is_last_sent():
+            return
         if self._due_origin is None:
             self._due_origin = now, self._index
         begin, first = self._due_origin
         due = max(first + round((now - begin) * self._rate), self._index)
+        if self.values['frames']:
+            due = min(due, self.values['frames'] - 1)
         self._count_missed(due - self._index)
         self._index = due
-        if self._is_last_sent():
-            return
         while len(self._flight) >= self.values['window']:
             if self.values['wait_for'] and self._ever_done:
                 self._count_missed(1)
@@ -213,9 +240,8 @@ class Wind(DialNode):
         tag = Tag(stamp, self._take, self._index,
                   self._oldest_index() if in_turn else self._index)
         with self._stopwatch.share('work'):
-            keyed = keys.values_at(self._tracks, stamp / 1e9)
-            wind = wind_vector(*(keyed.get(f'wind.{name}', self.values[name])
-                                 for name in keys.WIND_KEYED))
+            keyed = keys.values_at(self._timeline, stamp / 1e9)
+            wind = self._wind_at(stamp / 1e9)
             message = messages.parameters_message(
                 self.get_fully_qualified_name(), tag, wind, keyed)
         with self._stopwatch.share('publish'):
@@ -231,10 +257,8 @@ class Wind(DialNode):
         self._index += 1
 
     def _publish_crossed(self, stamp):
-        """Publish the keys between the frame before and this one."""
-        crossed = [(key, name) for name, (track, _) in self._tracks.items()
-                   for key in track.crossed(self._previous / 1e9, stamp / 1e9)]
-        for key, name in sorted(crossed):
+        """Publish the keys and events between the frame before and this one."""
+        for key, name in self._timeline.crossed(self._previous / 1e9, stamp / 1e9):
             self._keyframe_out.publish(messages.header(round(key * 1e9), name))
         self._previous = stamp
 
