@@ -129,7 +129,7 @@ def test_real_time_keeps_to_the_clock(tmp_path, domain):
     with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
         wind, clock = watcher.listen('wind'), watcher.listen('/clock')
         graph.start('wind', '-p', 'rate:=50.0', '-p', 'frames:=100', '-p', 'publish_clock:=true',
-                    '-p', 'wait_for:=[""]')
+                    '-p', 'wait_for:=[]')
         eventually(lambda: graph.processes['wind'].poll() is not None, watcher)
         assert graph.processes['wind'].poll() == 0, graph.log('wind')
         for _ in range(5):

@@ -37,6 +37,8 @@ from support.watch import eventually, Watcher
               'keys.physics.gravity.values:=[1.0, 2.0]'], 'times must increase strictly'),
     ('wind', ['tracks:=[physics.gravity]', 'keys.physics.gravity.times:=[0.0]',
               'keys.physics.gravity.values:=[-1.0]'], 'gravity must be a number from 0'),
+    ('wind', ['pace:=lockstep', 'wait_for:=[]'], 'lockstep needs at least one node'),
+    ('wind', ['events.names:=[a, b]', 'events.times:=[1.0]'], 'of one length, not 2 and 1'),
     ('recorder', ['topics:=[images]'], "'images' is not one of"),
     ('recorder', ['storage:=zip'], "one of mcap, sqlite3, not 'zip'"),
     ('recorder', ['path:=/proc/bag'], 'path /proc/bag'),

@@ -42,8 +42,13 @@ class Flight:
         return next(iter(self._frames.values()), None)
 
     def send(self, tag, message, consumers, now):
-        """Note that a frame was sent at `now` [s] and is done when all `consumers` say so."""
-        self._frames[tag.stamp] = Sent(tag, message, set(consumers), now, now)
+        """
+        Note that a frame was sent at `now` [s] and is done when all `consumers` say so.
+
+        A frame that nobody is waited for is done at once.
+        """
+        if consumers:
+            self._frames[tag.stamp] = Sent(tag, message, set(consumers), now, now)
 
     def done(self, stamp, consumer):
         """Note that `consumer` has served the frame; return whether that made it done."""

@@ -43,44 +43,37 @@ class DialNode(Node):
     """
 
     def __init__(self, name, dials, **options):
-        # rclpy declares whatever it was given at the start, whatever its type; declaring it
-        # again below, typed and checked, is the public way to see every override first.
-        super().__init__(name, automatically_declare_parameters_from_overrides=True, **options)
+        super().__init__(name, **options)
         self.ended = Future()  # set to the exit status when the node has nothing left to do
         self._dials = {dial.name: dial for dial in dials}
         self.values = {}
         self._declare()
 
     def _declare(self):
-        given = {name: p.value for name, p in self.get_parameters_by_prefix('').items()}
-        for dial in self._dials.values():
-            value = given.pop(dial.name, dial.default)
-            if self.has_parameter(dial.name):
-                self.undeclare_parameter(dial.name)
-            try:
-                self.values[dial.name] = dial.accept(value)
-            except ValueError as error:
-                raise BadParameter(str(error)) from None
-            self._declare_one(dial)
-        self.adopt(given)
-        for name in given:
-            if not name.startswith(ROS_NAMES):
-                self.undeclare_parameter(name)
-                self._warn_of(name)
+        # rclpy's private record of what was given at the start: its public way, to declare all
+        # of it automatically, ends in a traceback for an empty list, whose type is not set.
+        given = {name: [] if parameter.value is None else parameter.value
+                 for name, parameter in self._parameter_overrides.items()}
         try:
+            for dial in self._dials.values():
+                self.values[dial.name] = dial.accept(given.pop(dial.name, dial.default))
+                self._declare_one(dial.name, dial.item, _descriptor(dial))
+            self.adopt(given)
             self.check(self.values)
         except ValueError as error:
             raise BadParameter(str(error)) from None
+        for name in given:
+            if not name.startswith(ROS_NAMES):
+                self._warn_of(name)
 
-    def _declare_one(self, dial):
-        value = self.values[dial.name]
+    def _declare_one(self, name, item, descriptor):
+        value = self.values[name]
         if value == []:  # of which rclpy cannot tell the type
-            parameter = to_parameter(dial.name, value, dial.item)
-            self.declare_parameter(dial.name, parameter.type_, _descriptor(dial),
-                                   ignore_override=True)
+            parameter = to_parameter(name, value, item)
+            self.declare_parameter(name, parameter.type_, descriptor, ignore_override=True)
             super().set_parameters_atomically([parameter])
         else:
-            self.declare_parameter(dial.name, value, _descriptor(dial), ignore_override=True)
+            self.declare_parameter(name, value, descriptor, ignore_override=True)
 
     def _warn_of(self, name):
         """Warn of a name that nobody reads; rclpy would ignore it without a word."""

@@ -71,8 +71,9 @@ class Wind(DialNode):
         """Take the keys of the tracks that are named."""
         known = {keys.key_name(track, part)
                  for track in self.values['tracks'] for part in keys.PARTS}
-        for name in known & set(given):
+        for name in sorted(known & set(given)):
             self.values[name] = self.accept(name, given.pop(name))
+            self.declare_parameter(name, self.values[name] or None, ignore_override=True)
 
     def accept(self, name, value):
         """Accept keys beside the dials."""
@@ -81,7 +82,9 @@ class Wind(DialNode):
         return super().accept(name, value)
 
     def check(self, values):
-        """Refuse tracks that cannot be played."""
+        """Refuse tracks that cannot be played, and a lockstep with nobody."""
+        if values['pace'] == 'lockstep' and not values['wait_for']:
+            raise ValueError('pace lockstep needs at least one node in wait_for')
         keys.read_timeline(values)
 
     def apply(self, changed):
