@@ -22,6 +22,7 @@ import pytest
 from std_msgs.msg import Empty
 from support.shot import film, messages_of, SHOT, SMALL
 from support.watch import eventually, Watcher
+import yaml
 
 ENDS = (signal.SIGINT, signal.SIGTERM)
 
@@ -35,7 +36,8 @@ def test_signals_end_every_node_cleanly(tmp_path, domain, number):
         graph.start('renderer', *SMALL)
         graph.start('recorder', '-p', f'path:={tmp_path / "bag"}')
         graph.start('wind', *SHOT, '-p', 'wait_for:=[recorder]')
-        eventually(lambda: sum(m.frame_id == 'recorder' for m in done) > 20, watcher)
+        eventually(lambda: len({to_stamp(m.stamp) for m in done if m.frame_id == 'recorder'})
+                   > 20, watcher)
         for process in graph.processes.values():
             process.send_signal(number)
         for name in graph.processes:
@@ -122,6 +124,33 @@ def test_reset_pause_and_keyframes(tmp_path, domain):
         eventually(lambda: len(keys) >= 8, watcher)
         assert [(to_stamp(key.stamp), key.frame_id) for key in keys][4:8] == announced
         assert to_stamp(done[before].stamp) == 0
+
+
+def test_autokey_makes_keys_that_play_again(tmp_path, domain):
+    """What a user sets becomes a key and is saved; the saved file plays; playback makes none."""
+    saved = tmp_path / 'shot.yaml'
+    with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
+        done, keys = watcher.listen('frame_done'), watcher.listen('keyframe')
+        graph.start('physics')
+        graph.start('renderer', *SMALL)
+        graph.start('wind', '-p', 'autokey:=true', '-p', f'save_to:={saved}')
+        client = watcher.parameters_of('physics')
+        eventually(lambda: len(done) > 15, watcher)
+        before = to_stamp(done[-1].stamp) / 1e9
+        assert watcher.put(client, 'gravity', 1.5).successful
+        eventually(saved.exists, watcher)
+        after = to_stamp(done[-1].stamp) / 1e9
+        for _ in range(20):
+            watcher.spin()
+        content = yaml.safe_load(saved.read_text())['/wind']['ros__parameters']
+        assert content['tracks'] == ['physics.gravity']
+        assert content['keys.physics.gravity.values'] == [9.81, 1.5]
+        first, second = content['keys.physics.gravity.times']
+        assert first == 0.0 and before <= second <= after + 0.2
+        assert graph.end('wind') == 0
+        del keys[:]
+        graph.start('wind', '--params-file', str(saved))
+        eventually(lambda: round(second * 1e9) in [to_stamp(key.stamp) for key in keys], watcher)
 
 
 def test_real_time_keeps_to_the_clock(tmp_path, domain):

@@ -36,7 +36,11 @@ class Timeline:
 
     def value(self, name, time):
         """Return one track's value at `time` [s]."""
-        return self.tracks[name].at(time % self.length if self.loop else time)
+        return self.tracks[name].at(self.local(time))
+
+    def local(self, time):
+        """Return the time within a round [s]: time itself where nothing loops."""
+        return time % self.length if self.loop else time
 
     def crossed(self, after, until):
         """

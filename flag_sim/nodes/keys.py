@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """Tracks as parameters of the wind node: `tracks` names them, `keys.<track>.*` hold their keys."""
+import bisect
 import functools
 import math
 
@@ -124,3 +125,36 @@ def _as_parameter(dial, value):
         value = float(value)
         return math.remainder(value, TURN) if is_angle(dial) and abs(value) > TURN else value
     return value
+
+
+def with_key(values, track, time, value, old, reach):
+    """
+    Return {parameter: value} that puts a key into a track of the wind's parameters `values`.
+
+    A track that is not there is made, with the value `old` at 0. A key within `reach` [s] of
+    `time` is replaced. What the track has at `time` already changes nothing: then {} is returned.
+    Raises ValueError where the parameter cannot be keyed or cannot have the value.
+    """
+    dial = target_dial(track)
+    value = dial.accept(value)
+    if track in values['tracks']:
+        present = read_timeline(values).tracks[track]
+        if np.array_equal(present.at(time), value):
+            return {}
+        times, keyed, laws = list(present.times), list(present.values), list(present.laws)
+        tracks = values['tracks']
+    else:
+        times, keyed, laws = [0.0], [dial.accept(old)], [Track([0.0], [old]).laws[0]]
+        tracks = [*values['tracks'], track]
+    nearest = min(range(len(times)), key=lambda k: abs(times[k] - time))
+    if abs(times[nearest] - time) <= reach:
+        keyed[nearest] = value
+    else:
+        k = bisect.bisect(times, time)
+        times.insert(k, time)
+        keyed.insert(k, value)
+        laws.insert(k, laws[max(k - 1, 0)])  # a segment that is cut keeps its law on both sides
+    flat = [v for key in keyed for v in key] if dial.is_list else keyed
+    flat = [float(v) for v in flat] if _is_whole(dial) else flat
+    return {'tracks': tracks, key_name(track, 'times'): times,
+            key_name(track, 'values'): flat, key_name(track, 'laws'): laws}

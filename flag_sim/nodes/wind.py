@@ -19,11 +19,13 @@ import time
 from flag_sim.animation.gusts import Gusts
 from flag_sim.animation.wind import Passage, wind_vector
 from flag_sim.nodes import keys, messages
+from flag_sim.nodes.autokey import Autokey
 from flag_sim.nodes.dials import WIND
 from flag_sim.nodes.flight import Flight
 from flag_sim.nodes.frames import Tag
 from flag_sim.nodes.life import run
-from flag_sim.nodes.parameters import DialNode
+from flag_sim.nodes.parameters import DialNode, to_parameter
+from flag_sim.nodes.params_file import check_path, save_parameters
 from flag_sim.nodes.stopwatch import Stopwatch
 from flag_sim.nodes.topics import publish, subscribe
 from geometry_msgs.msg import Vector3, Vector3Stamped
@@ -55,6 +57,7 @@ class Wind(DialNode):
         self._timer = None
         self._begin_take()
         subscribe(self, 'frame_done', self._on_frame_done)
+        self._autokey = Autokey(self, self._on_change)
         subscribe(self, 'reset', self._on_reset)
         self._set_timer()
         self.get_logger().info(f'{self._plan()}, {self.values["pace"]}, waiting for '
@@ -85,6 +88,8 @@ class Wind(DialNode):
         """Refuse tracks that cannot be played, and a lockstep with nobody."""
         if values['pace'] == 'lockstep' and not values['wait_for']:
             raise ValueError('pace lockstep needs at least one node in wait_for')
+        if values['save_to']:
+            check_path(values['save_to'])
         keys.read_timeline(values)
 
     def apply(self, changed):
@@ -99,6 +104,31 @@ class Wind(DialNode):
         if changed & {'rate', 'pace', 'paused', 'frames'}:
             self._due_origin = None
             self._set_timer()
+        if any(name.startswith(('tracks', 'keys.', 'events.', 'save_to')) for name in changed):
+            self._save()
+
+    def _on_change(self, track, value, old):
+        """Make a key of what a user has set, at the time of the last frame."""
+        if not self.values['autokey']:
+            return
+        now = self._timeline.local(max(self._previous, 0) / 1e9)
+        try:
+            changes = keys.with_key(self.values, track, now, value, old, 0.5 / self._rate)
+        except ValueError as error:
+            self.get_logger().warning(f'no key is made: {error}')
+            return
+        result = self.set_parameters_atomically(
+            [to_parameter(name, new) for name, new in changes.items()])
+        if not result.successful:
+            self.get_logger().warning(f'no key is made: {result.reason}')
+
+    def _save(self):
+        if not self.values['save_to']:
+            return
+        try:
+            save_parameters(self.values['save_to'], self.get_fully_qualified_name(), self.values)
+        except OSError as error:
+            self.get_logger().error(f'cannot save {self.values["save_to"]}: {error}')
 
     # Time.
 

@@ -1,0 +1,137 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Tracks as parameters: what is read, what is refused, and how keys are put in."""
+from flag_sim.nodes import keys
+from flag_sim.nodes.dials import NODES
+from flag_sim.nodes.params_file import check_path, save_parameters
+import numpy as np
+import pytest
+import yaml
+
+
+def wind_values(**tracks):
+    """Return the wind's default values with tracks {name: (times, values, laws or None)}."""
+    values = {dial.name: dial.default for dial in NODES['wind']}
+    values['tracks'] = [name.replace('__', '.') for name in tracks]
+    for name, parts in tracks.items():
+        for part, value in zip(keys.PARTS, parts):
+            if value is not None:
+                values[keys.key_name(name.replace('__', '.'), part)] = value
+    return values
+
+
+def test_values_come_in_the_types_of_their_parameters():
+    """Whole numbers are rounded, vectors are whole, texts and booleans step."""
+    timeline = keys.read_timeline(wind_values(
+        physics__grid__rows=([0.0, 1.0], [10.0, 20.0], None),
+        renderer__flag__color=([0.0, 1.0], [0.0, 0.0, 0.0, 100.0, 200.0, 50.0], None),
+        renderer__shading=([0.0, 1.0], ['flat', 'gouraud'], None),
+        renderer__pole__visible=([0.0, 1.0], [True, False], None)))
+    assert keys.values_at(timeline, 0.46) == {
+        'physics.grid.rows': 15, 'renderer.flag.color': [46.0, 92.0, 23.0],
+        'renderer.shading': 'flat', 'renderer.pole.visible': True}
+    assert type(keys.values_at(timeline, 0.46)['physics.grid.rows']) is int
+
+
+def test_angles_take_the_short_way_and_stay_in_range():
+    """Turning on and on through the short way never leaves the parameter's range."""
+    turns = list(np.arange(40) * 2.0 % (2 * np.pi))
+    timeline = keys.read_timeline(wind_values(
+        wind__azimuth=([float(i) for i in range(40)], turns, None)))
+    asked = np.linspace(0.0, 39.0, 500)
+    values = np.array([keys.values_at(timeline, t)['wind.azimuth'] for t in asked])
+    assert np.abs(values).max() <= 2 * np.pi
+    assert np.allclose(np.exp(1j * values), np.exp(2j * asked))
+
+
+@pytest.mark.parametrize('track, parts, rule', [
+    ('sun__speed', ([0.0], [1.0], None), 'must begin with one of wind, physics'),
+    ('physics__colour', ([0.0], [1.0], None), "/physics has no parameter 'colour'"),
+    ('wind__rate', ([0.0], [30.0], None), 'cannot be keyed'),
+    ('recorder__path', ([0.0], ['x'], None), 'cannot be keyed'),
+    ('wind__tracks', ([0.0], ['x'], None), 'cannot be keyed'),
+    ('wind__speed', ([0.0], [201.0], None), 'speed must be a number from 0 to 200'),
+    ('wind__speed', ([0.0, 1.0], [1.0], None), 'of one length'),
+    ('wind__speed', ([0.0], [float('nan')], None), 'not nan'),
+    ('wind__speed', ([0.0], [1.0], ['bezier']), "'bezier' is not one of step, linear"),
+    ('wind__speed', ([], [], None), 'at least one key'),
+    ('wind__speed', ([0.0], ['fast'], None), "not 'fast'"),
+    ('physics__grid__rows', ([0.0], [2.5], None), 'not 2.5'),
+    ('renderer__flag__color', ([0.0], [1.0, 2.0], None), '3 numbers a key, not 2'),
+    ('wind__speed', ([0.0], None, None), 'needs keys.wind.speed.times'),
+])
+def test_an_animation_that_cannot_play_is_refused(track, parts, rule):
+    """The message names the track, the rule and the value."""
+    with pytest.raises(ValueError, match=rule):
+        keys.read_timeline(wind_values(**{track: parts}))
+
+
+def test_events_and_tracks_must_be_consistent():
+    """Two arrays that belong together have one length; a track is named once."""
+    with pytest.raises(ValueError, match='not 1 and 0'):
+        keys.read_timeline({**wind_values(), 'events.names': ['a']})
+    values = wind_values(wind__speed=([0.0], [1.0], None))
+    with pytest.raises(ValueError, match='each track once'):
+        keys.read_timeline({**values, 'tracks': ['wind.speed', 'wind.speed']})
+
+
+def put(values, *key):
+    """Put a key into values; return the track."""
+    values.update(keys.with_key(values, *key))
+    return keys.read_timeline(values).tracks[key[0]]
+
+
+def test_a_first_key_makes_the_track_with_the_old_value_at_0():
+    """So what was before the change stays as it was."""
+    track = put(wind_values(), 'physics.stiffness', 2.0, 500.0, 1000.0, 0.01)
+    assert (track.times, track.values, track.laws) == (
+        [0.0, 2.0], [1000.0, 500.0], ['linear', 'linear'])
+
+
+def test_a_key_within_reach_replaces_and_an_equal_one_does_nothing():
+    """Half a frame is the same moment."""
+    values = wind_values(wind__speed=([0.0, 1.0], [0.0, 10.0], ['ease', 'step']))
+    assert keys.with_key(values, 'wind.speed', 1.0, 10.0, 0.0, 0.01) == {}
+    assert keys.with_key(values, 'wind.speed', 0.5, 5.0, 0.0, 0.01) == {}
+    assert put(values, 'wind.speed', 0.992, 7.0, 0.0, 0.01).values == [0.0, 7.0]
+    track = put(values, 'wind.speed', 0.5, 1.0, 0.0, 0.01)
+    assert (track.times, track.values) == ([0.0, 0.5, 1.0], [0.0, 1.0, 7.0])
+    assert track.laws == ['ease', 'ease', 'step']
+
+
+def test_vectors_whole_numbers_and_texts_can_be_put():
+    """Each kind comes back as it was put."""
+    values = wind_values()
+    assert put(values, 'renderer.background', 1.0, [1, 2, 3], [4, 5, 6], 0.01).values == [
+        [4.0, 5.0, 6.0], [1.0, 2.0, 3.0]]
+    assert put(values, 'physics.grid.rows', 1.0, 11, 21, 0.01).values == [21, 11]
+    assert put(values, 'renderer.shading', 1.0, 'flat', 'gouraud', 0.01).laws == ['step', 'step']
+
+
+def test_a_saved_animation_is_the_same(tmp_path):
+    """What is written is what was there, and nothing else is left beside it."""
+    values = wind_values(wind__speed=([0.0, 1.0], [0.0, 10.0], ['ease', 'step']))
+    save_parameters(tmp_path / 'shot.yaml', '/wind', values)
+    loaded = yaml.safe_load((tmp_path / 'shot.yaml').read_text())
+    assert loaded == {'/wind': {'ros__parameters': values}}
+    assert [path.name for path in tmp_path.iterdir()] == ['shot.yaml']
+
+
+def test_a_path_that_cannot_be_written_is_refused(tmp_path):
+    """Before anything is lost."""
+    with pytest.raises(ValueError, match='there is no folder'):
+        check_path(tmp_path / 'none' / 'shot.yaml')
+    with pytest.raises(ValueError, match='is a folder'):
+        check_path(tmp_path)
