@@ -19,7 +19,7 @@ import os
 from setuptools import Distribution, find_packages, setup
 
 NAME = 'flag_sim'
-EXECUTABLES = ('physics', 'recorder', 'renderer', 'wind')
+EXECUTABLES = ('physics', 'player', 'recorder', 'renderer', 'wind')
 
 # `ros2 run` looks in lib/flag_sim. setup.cfg sends colcon's executables there, but pip always
 # makes them in bin/: this script, installed in lib/flag_sim under each name, passes on to them.

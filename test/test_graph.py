@@ -18,7 +18,7 @@ from flag_sim.nodes.graph import Graph
 import numpy as np
 import pytest
 from support.relay import Relay, remap
-from support.shot import film, messages_of, stamp_of
+from support.shot import film, messages_of, SMALL, stamp_of
 
 FRAMES = 60
 EVERY_FRAME = ('/camera/image_raw', '/camera/camera_info', '/vertices')
@@ -101,6 +101,25 @@ def test_the_flag_is_on_the_pixels_that_camera_info_says(plain_bag):
         red = (pixels[..., 0] > 1.5 * pixels[..., 1]) & (pixels[..., 0] > 1.5 * pixels[..., 2])
         assert expected.sum() > 1500
         assert (red != expected).sum() <= 2
+
+
+@pytest.mark.parametrize('source, nodes', [
+    ('parameters', ('physics', 'renderer')), ('vertices', ('renderer',))])
+def test_a_bag_plays_to_the_same_images(plain_bag, tmp_path, source, nodes):
+    """The parameters alone, or the vertices alone, give the pictures again, byte for byte."""
+    # The sun is keyed: vertices alone are drawn in the light of the renderer's own parameters.
+    topics = '[camera/image_raw, vertices]'
+    with Graph(tmp_path / 'log') as graph:
+        for node in nodes:
+            graph.start(node, *(SMALL if node == 'renderer' else ()))
+        graph.start('recorder', '-p', f'path:={tmp_path / "bag"}', '-p', f'topics:={topics}')
+        graph.start('player', '-p', f'path:={plain_bag}', '-p', 'pace:=lockstep', '-p',
+                    f'topics:=[{source}]', '-p', 'wait_for:=[renderer, recorder]')
+        assert graph.wait('player', 60.0) == 0, graph.log('player')
+    if source == 'parameters':
+        assert_same_data(plain_bag, tmp_path / 'bag')
+    stamps = [time for time, _ in messages_of(tmp_path / 'bag', '/camera/image_raw')]
+    assert stamps == [round(n * 1e9 / 30.0) for n in range(FRAMES)]
 
 
 @pytest.mark.parametrize('seed', range(2))

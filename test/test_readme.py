@@ -19,6 +19,7 @@ import subprocess
 import sys
 
 from flag_sim.nodes.dials import NODES, SCENE
+from flag_sim.nodes.keys import read_timeline
 from flag_sim.nodes.topics import TOPICS
 import pytest
 import yaml
@@ -78,6 +79,9 @@ def test_params_files_name_real_parameters(path):
         for name, value in content['ros__parameters'].items():
             if not name.startswith('keys.'):
                 dials[name].accept(value)
+        if node == '/wind':
+            values = {name: dial.default for name, dial in dials.items()}
+            read_timeline({**values, **content['ros__parameters']})
 
 
 def test_pictures_and_links_exist():

@@ -12,17 +12,22 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""A rosbag2 bag being written, by the rosbags library; the real rosbag2 reads and plays it."""
+"""Bags, written and read by the rosbags library; the real rosbag2 reads and plays them too."""
 from pathlib import Path
 
 from flag_sim.nodes.parameters import BadParameter
+from flag_sim.nodes.topics import TOPICS
 
 try:
+    from rosbags.highlevel import AnyReader, AnyReaderError
     from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
     from rosbags.rosbag2 import WriterError
     from rosbags.typesys import get_typestore, Stores
 except ImportError:
     Writer = None
+
+
+NO_ROSBAGS = "bags need rosbags: pip install 'flag_sim[record]'"
 
 
 class Bag:
@@ -36,7 +41,7 @@ class Bag:
 
     def __init__(self, path, storage, compression):
         if Writer is None:
-            raise BadParameter("the recorder needs rosbags: pip install 'flag_sim[record]'")
+            raise BadParameter(NO_ROSBAGS)
         if compression != 'none' and storage != 'mcap':
             raise BadParameter(f'compression {compression} needs storage mcap, not {storage}')
         self.path = Path(path)
@@ -66,3 +71,35 @@ class Bag:
     def close(self):
         """Finish the file and its metadata; raises OSError where the disk is full."""
         self._writer.close()
+
+
+class RecordedTopics:
+    """
+    The package's own topics in a bag, whoever recorded it.
+
+    names: {topic in the bag: its name in `topics.TOPICS`}; a namespace before it makes no
+    difference. Raises BadParameter where there is no bag that can be read.
+    """
+
+    def __init__(self, path):
+        if Writer is None:
+            raise BadParameter(NO_ROSBAGS)
+        if not path or not Path(path).exists():
+            raise BadParameter(f'path: there is no bag {str(path)!r}')
+        try:
+            self._reader = AnyReader([Path(path)])
+            self._reader.open()
+        except (AnyReaderError, OSError, ValueError) as error:
+            raise BadParameter(f'path {path}: {error}') from None
+        self.names = {topic: name for topic in sorted(self._reader.topics) for name in TOPICS
+                      if topic.endswith('/' + name.lstrip('/'))}
+
+    def messages(self, names):
+        """Yield (name, time in the bag [ns], serialised message) of the topics `names`."""
+        wanted = [c for c in self._reader.connections if self.names.get(c.topic) in names]
+        for connection, at, data in self._reader.messages(wanted):
+            yield self.names[connection.topic], at, bytes(data)
+
+    def close(self):
+        """Close the bag."""
+        self._reader.close()

@@ -129,10 +129,23 @@ RECORDER = (
     Dial('compression', 'none', 'compression of the file', choices=('none', 'zstd'), fixed=True),
 )
 
+PLAYER = (
+    Dial('path', '', 'the bag that is played', fixed=True),
+    Dial('topics', [], 'topics to play; none: parameters, or else vertices', item=str),
+    Dial('pace', 'realtime', 'realtime: by the clock; lockstep: as fast as every frame is done',
+         choices=('realtime', 'lockstep'), fixed=True),
+    Dial('rate', 1.0, 'realtime: how much faster than it was', '', 0.01, 1000.0, fixed=True),
+    Dial('wait_for', ['renderer'], 'nodes whose frame_done makes a frame done', item=str,
+         fixed=True),
+    Dial('resend_after', 1.0, 'lockstep: an unfinished frame is sent again after', 's',
+         0.05, 60.0, fixed=True),
+)
+
 NODES = {
     'wind': WIND,
     'physics': SCENE + PHYSICS,
     'renderer': SCENE + RENDERER,
     'recorder': RECORDER,
+    'player': PLAYER,
 }
 """Every dial of every node, by the node's name."""

@@ -54,7 +54,7 @@ def target_dial(track):
     dial = next((dial for dial in NODES[node] if dial.name == name), None)
     if dial is None:
         raise ValueError(f"track '{track}': /{node} has no parameter '{name}'")
-    if dial.fixed or node == 'recorder' or (dial.is_list and not dial.length) or (
+    if dial.fixed or node in ('recorder', 'player') or (dial.is_list and not dial.length) or (
             node == 'wind' and name not in WIND_KEYED):
         raise ValueError(f"track '{track}': this parameter cannot be keyed")
     return dial
