@@ -126,6 +126,23 @@ def test_reset_pause_and_keyframes(tmp_path, domain):
         assert to_stamp(done[before].stamp) == 0
 
 
+def test_single_steps(tmp_path, domain):
+    """While paused, every `step` is one frame."""
+    with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
+        winds, step = watcher.listen('wind'), watcher.publisher('step')
+        graph.start('wind', '-p', 'paused:=true', '-p', 'wait_for:=[]')
+        eventually(lambda: step.publish(Empty()) or winds, watcher)
+        begin = len(winds)
+        for _ in range(5):
+            step.publish(Empty())
+        eventually(lambda: len(winds) >= begin + 5, watcher)
+        for _ in range(10):
+            watcher.spin()
+        stamps = [to_stamp(message.header.stamp) for message in winds]
+        first = round(stamps[0] * 30 / 1e9)
+        assert stamps == [round((first + n) * 1e9 / 30) for n in range(len(stamps))]
+
+
 def test_autokey_makes_keys_that_play_again(tmp_path, domain):
     """What a user sets becomes a key and is saved; the saved file plays; playback makes none."""
     saved = tmp_path / 'shot.yaml'

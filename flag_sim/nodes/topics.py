@@ -42,6 +42,7 @@ TOPICS = {
     'camera/depth/image_raw': Topic(Image, True),
     'frame_done': Topic(Header, False),
     'reset': Topic(Empty, False),
+    'step': Topic(Empty, False),
 }
 
 # As many messages as wind's largest window keeps in flight, so that lockstep fills no queue.

@@ -59,6 +59,7 @@ class Wind(DialNode):
         subscribe(self, 'frame_done', self._on_frame_done)
         self._autokey = Autokey(self, self._on_change)
         subscribe(self, 'reset', self._on_reset)
+        subscribe(self, 'step', self._on_step)
         self._set_timer()
         self.get_logger().info(f'{self._plan()}, {self.values["pace"]}, waiting for '
                                f'{", ".join(self.values["wait_for"]) or "nobody"}')
@@ -294,6 +295,11 @@ class Wind(DialNode):
         for key, name in self._timeline.crossed(self._previous / 1e9, stamp / 1e9):
             self._keyframe_out.publish(messages.header(round(key * 1e9), name))
         self._previous = stamp
+
+    def _on_step(self, _):
+        """Send one frame while paused."""
+        if self.values['paused'] and not self._is_last_sent():
+            self._send(time.monotonic())
 
     def _on_reset(self, _):
         """Begin again; in lockstep only when what is in flight has been done."""
