@@ -147,6 +147,14 @@ def test_parameters_without_a_sane_wind_are_refused(wind):
         messages.read_parameters(messages.parameters_message('/wind', TAG, wind, {}))
 
 
+def test_parameters_of_a_type_that_does_not_exist_are_refused():
+    """The number of the type is named."""
+    message = messages.parameters_message('/wind', TAG, np.zeros(3), {})
+    message.changed_parameters[0].value.type = 77
+    with pytest.raises(ValueError, match='77'):
+        messages.read_parameters(message)
+
+
 def test_parameters_with_an_impossible_tag_are_refused():
     """The oldest frame in flight cannot be younger than the frame."""
     message = messages.parameters_message('/wind', TAG._replace(oldest=46), np.zeros(3), {})

@@ -39,6 +39,7 @@ from support.watch import eventually, Watcher
               'keys.physics.gravity.values:=[-1.0]'], 'gravity must be a number from 0'),
     ('wind', ['pace:=lockstep', 'wait_for:=[]'], 'lockstep needs at least one node'),
     ('wind', ['events.names:=[a, b]', 'events.times:=[1.0]'], 'of one length, not 2 and 1'),
+    ('recorder', ['topics:=[]'], 'nothing to record'),
     ('recorder', ['topics:=[images]'], "'images' is not one of"),
     ('recorder', ['storage:=zip'], "one of mcap, sqlite3, not 'zip'"),
     ('recorder', ['path:=/proc/bag'], 'path /proc/bag'),
@@ -67,6 +68,14 @@ def test_a_params_file_that_is_not_there_is_one_clear_line(tmp_path, domain):
         assert 'Traceback' not in graph.log('wind')
 
 
+def test_unknown_arguments_are_refused(tmp_path, domain):
+    """A parameter given without --ros-args would otherwise be lost without a word."""
+    with Graph(tmp_path / 'log', domain) as graph:
+        graph.start('wind', '-p', 'rate:=20.0', '--', 'speed:=3.0')
+        assert graph.wait('wind', 30.0) == 1
+        assert 'unknown arguments speed:=3.0' in graph.log('wind')
+
+
 @pytest.fixture
 def running(tmp_path, domain):
     """Return the graph of a physics node and a renderer that run, and a watcher in it."""
@@ -91,7 +100,7 @@ def test_parameters_while_running(running):
             ('stiffness', float('nan'), 'not nan'),
             ('grid.rows', 2.5, 'not 2.5'),
             ('pole.diameter', 10.0, 'must be less than pole.height'),
-            ('stifness', 1.0, "the nearest is 'stiffness'")):
+            ('stifness', 1.0, "the nearest known one is 'stiffness'")):
         result = watcher.put(client, name, value)
         assert not result.successful and said in result.reason
     assert watcher.get(client, 'stiffness') == 700.0

@@ -49,9 +49,11 @@ def write_animation(frames, path):
     # One palette for all: the background then stays the same from image to image.
     palette = images[len(images) // 2].quantize(GIF_COLORS)
     images = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
-    ends = [stamp for stamp, _ in kept[1:]] + [2 * kept[-1][0] - kept[-2][0] if len(kept) > 1
-                                               else kept[-1][0] + 1.0]
-    durations = [round(1000 * (end - stamp)) for (stamp, _), end in zip(kept, ends)]
+    stamps = [stamp for stamp, _ in kept]
+    stamps.append(2 * stamps[-1] - stamps[-2] if len(kept) > 1 else stamps[-1] + 1.0)
+    # A GIF counts in hundredths: round the moments, not the durations, and no time is lost.
+    moments = [10 * round(100 * stamp) for stamp in stamps]
+    durations = [after - before for before, after in zip(moments, moments[1:])]
     images[0].save(path, save_all=True, append_images=images[1:], duration=durations, loop=0,
                    optimize=False)
 

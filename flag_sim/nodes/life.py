@@ -25,6 +25,7 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
+from rclpy.utilities import remove_ros_args
 
 
 # Held for as long as the process lives: a socket that nobody holds is closed.
@@ -51,11 +52,19 @@ def run(make_node, args=None):
     The node has `ended`, a future that gets its exit status once it has ended by itself, and
     `close`, called however the node ends. SIGINT and SIGTERM end it with status 0.
     """
+    arguments = sys.argv if args is None else args
     bring_profile()
     stop = _future_of_signals()
     try:
         # rclpy's own handlers would shut it down at once, before the node could close.
-        with rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO):
+        context = rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+    except RuntimeError as error:
+        # What rclpy says of arguments and files that it cannot read.
+        print(f'cannot start: {str(error).splitlines()[0]}', file=sys.stderr)
+        return 1
+    try:
+        with context:
+            _refuse_others(arguments)
             node = make_node()
             node.ended.add_done_callback(lambda ended: _set_once(stop, ended.result()))
             try:
@@ -67,10 +76,15 @@ def run(make_node, args=None):
             return stop.result()
     except BadParameter as error:
         print(f'refused: {error}', file=sys.stderr)
-    except RuntimeError as error:
-        # What rclpy says of arguments and files that it cannot read.
-        print(f'cannot start: {str(error).splitlines()[0]}', file=sys.stderr)
-    return 1
+        return 1
+
+
+def _refuse_others(arguments):
+    """Raise BadParameter for arguments that are not ROS's: rclpy passes over them."""
+    others = remove_ros_args(arguments)[1:]
+    if others:
+        raise BadParameter(f"unknown arguments {' '.join(others)}; parameters are given as "
+                           '--ros-args -p name:=value')
 
 
 def _future_of_signals():

@@ -183,7 +183,10 @@ def read_parameters(message):
     A message without the frame's place in a take, such as one typed by hand, has a tag with take
     None: it is ordered by its stamp alone. Raises ValueError for one without a finite wind.
     """
-    values = {p.name: parameter_value_to_python(p.value) for p in message.changed_parameters}
+    try:
+        values = {p.name: parameter_value_to_python(p.value) for p in message.changed_parameters}
+    except RuntimeError as error:  # a type that does not exist
+        raise ValueError(str(error)) from None
     wind = np.asarray(values.pop('wind', ()), dtype=object)
     if wind.shape != (3,) or not all(type(w) is float for w in wind):
         raise ValueError(f'wind must be a list of 3 numbers, not {wind.tolist()}')

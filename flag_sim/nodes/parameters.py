@@ -84,9 +84,11 @@ class DialNode(Node):
                 self.get_logger().warning(f"parameter '{name}' is one of /{node}, not of "
                                           f'/{self.get_name()}: it is ignored')
                 return
-        near = difflib.get_close_matches(name, self._dials, n=1, cutoff=0.0)
-        self.get_logger().warning(f"parameter '{name}' is unknown and ignored; "
-                                  f"the nearest known one is '{near[0]}'")
+        self.get_logger().warning(f"parameter '{name}' is unknown and ignored{self._near(name)}")
+
+    def _near(self, name):
+        near = difflib.get_close_matches(name, self._dials, n=1)
+        return f"; the nearest known one is '{near[0]}'" if near else ''
 
     def adopt(self, given):
         """Take from `given` {name: value} names beyond the dials; what is left is warned of."""
@@ -94,8 +96,7 @@ class DialNode(Node):
     def accept(self, name, value):
         """Return `value` as parameter `name` would hold it; raise ValueError if it may not."""
         if name not in self._dials:
-            near = difflib.get_close_matches(name, self._dials, n=1, cutoff=0.0)
-            raise ValueError(f"no parameter '{name}'; the nearest is '{near[0]}'")
+            raise ValueError(f"no parameter '{name}'{self._near(name)}")
         return self._dials[name].accept(value)
 
     def check(self, values):

@@ -92,8 +92,9 @@ class Physics(FrameServer):
             raise ValueError(f"pole.diameter {values['pole.diameter']:g} m must be less than "
                              f"pole.height {values['pole.height']:g} m")
 
-    def restart(self):
+    def restart(self, tag):
         """Lay the cloth out again."""
+        del tag
         self._cloth.reset()
         self._time = None
 

@@ -57,6 +57,8 @@ class Recorder(DialNode):
 
     def __init__(self):
         super().__init__('recorder', RECORDER)
+        if not self.values['topics']:
+            raise BadParameter('topics: there is nothing to record')
         unknown = [topic for topic in self.values['topics'] if topic not in TOPICS]
         if unknown:
             raise BadParameter(f'topics: {unknown[0]!r} is not one of {", ".join(TOPICS)}')

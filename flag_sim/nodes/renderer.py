@@ -48,7 +48,7 @@ class Renderer(FrameServer):
         self._picture = Picture()
         self._values = self._look = None
         self._clouds = {}  # (positions, normals) by stamp
-        self._newest = None
+        self._first = None  # stamp of the take's first frame [ns]
         self._warm_up()
         self._camera_out = {name: publish(self, f'camera/{name}')
                             for name in ('image_raw', 'camera_info', 'depth/image_raw')}
@@ -70,9 +70,11 @@ class Renderer(FrameServer):
         """Refuse values of which no picture can be made."""
         look_of(values)
 
-    def restart(self):
-        """Forget the clouds of the take before."""
-        self._clouds.clear()
+    def restart(self, tag):
+        """Forget the clouds of the take before; without a wind there are no takes."""
+        self._first = tag.stamp
+        if tag.take is not None:
+            self._clouds.clear()
 
     def is_ready(self, tag):
         """Say whether the frame's vertices have come."""
@@ -87,9 +89,8 @@ class Renderer(FrameServer):
             return
         if self.answer_again(stamp):
             return
-        if self._newest is not None and stamp < self._newest:
-            self._clouds = {s: c for s, c in self._clouds.items() if s < stamp}
-        self._newest = stamp
+        if stamp == self._first:
+            self._clouds.clear()  # they came late, from the take before
         self._clouds[stamp] = cloud
         while len(self._clouds) > DEPTH:
             del self._clouds[min(self._clouds)]

@@ -38,8 +38,8 @@ class FrameServer(DialNode):
         # The network cannot deliver before it is spun, and it is spun only once all is ready.
         subscribe(self, 'parameters', self._on_parameters)
 
-    def restart(self):
-        """Forget the take that was played; another one begins."""
+    def restart(self, tag):
+        """Forget the take that was played; another one begins with the frame `tag`."""
 
     def is_ready(self, tag):
         """Say whether everything that the frame needs has arrived."""
@@ -79,7 +79,7 @@ class FrameServer(DialNode):
         if arrival is Arrival.RESTART:
             self._inputs.clear()
             self._answers.clear()
-            self.restart()
+            self.restart(tag)
         if arrival in (Arrival.NEW, Arrival.RESTART):
             self._inputs[tag.index] = wind, keyed
             self._answers = {stamp: kept for stamp, kept in self._answers.items()

@@ -16,8 +16,6 @@
 import sys
 import time
 
-from flag_sim.animation.gusts import Gusts
-from flag_sim.animation.wind import Passage, wind_vector
 from flag_sim.nodes import keys, messages
 from flag_sim.nodes.autokey import Autokey
 from flag_sim.nodes.dials import WIND
@@ -28,8 +26,8 @@ from flag_sim.nodes.parameters import DialNode, to_parameter
 from flag_sim.nodes.params_file import check_path, save_parameters
 from flag_sim.nodes.stopwatch import Stopwatch
 from flag_sim.nodes.topics import publish, subscribe
+from flag_sim.nodes.weather import Weather
 from geometry_msgs.msg import Vector3, Vector3Stamped
-import numpy as np
 from rclpy.clock import Clock, ClockType
 from rosgraph_msgs.msg import Clock as ClockMessage
 
@@ -61,6 +59,7 @@ class Wind(DialNode):
         subscribe(self, 'reset', self._on_reset)
         subscribe(self, 'step', self._on_step)
         self._set_timer()
+        self.create_timer(REPORT, self._look_for_another)
         self.get_logger().info(f'{self._plan()}, {self.values["pace"]}, waiting for '
                                f'{", ".join(self.values["wait_for"]) or "nobody"}')
 
@@ -68,6 +67,11 @@ class Wind(DialNode):
         frames, rate = self.values['frames'], self.values['rate']
         length = f'{frames} frames' if frames else 'frames without end'
         return f'{length} at {rate:g} Hz, {len(self._timeline.tracks)} tracks'
+
+    def _look_for_another(self):
+        if self.count_publishers('parameters') > 1:
+            self.get_logger().warning('another node publishes parameters in this graph too: '
+                                      'physics and renderer begin anew with every change of wind')
 
     # Parameters.
 
@@ -96,9 +100,9 @@ class Wind(DialNode):
     def apply(self, changed):
         """Play on with the new values."""
         now = self._stamp(self._index)
-        passed = self._passage.at(now / 1e9)
         self._timeline = keys.read_timeline(self.values)
-        self._begin_wind(now / 1e9, passed)
+        self._weather = Weather(self.values, self._timeline, now / 1e9,
+                                self._weather.passed(now / 1e9))
         if 'rate' in changed:
             self._origin = (self._index, now)
             self._rate = self.values['rate']
@@ -141,27 +145,7 @@ class Wind(DialNode):
         self._due_origin = None
         self._previous = -1  # stamp of the frame before [ns]; a key at 0 is crossed by frame 0
         self._flight.clear()
-        self._begin_wind(0.0, 0.0)
-
-    def _begin_wind(self, time_now, passed):
-        """Let the wind go on from the distance that it has gone, with the present dials."""
-        self._gusts = Gusts(self.values['gust.length'], self.values['gust.seed'])
-        self._passage = Passage(lambda t: self._wind_value('speed', t), time_now, passed)
-
-    def _wind_value(self, name, time_then):
-        track = f'wind.{name}'
-        if track in self._timeline.tracks:
-            return self._timeline.value(track, time_then)
-        return self.values[name]
-
-    def _wind_at(self, time_then):
-        """Return the wind's velocity (3,) [m/s]."""
-        speed, azimuth, elevation, intensity = (
-            self._wind_value(name, time_then) for name in keys.WIND_KEYED)
-        gust = np.zeros(3)
-        if intensity > 0.0:
-            gust = intensity * self._gusts.at(self._passage.at(time_then))
-        return wind_vector(speed, azimuth, elevation, gust)
+        self._weather = Weather(self.values, self._timeline)
 
     def _stamp(self, index):
         """Return frame n's stamp [ns]: n / rate, without accumulated error."""
@@ -216,8 +200,14 @@ class Wind(DialNode):
         if now - frame.first_time > after:
             self.get_logger().warning(
                 f'frame {frame.tag.index} (t = {frame.tag.stamp / 1e9:.3f} s) is not done: '
-                f'waiting for {", ".join(sorted(frame.waiting_for))}; sent again',
+                f'waiting for {self._names(frame.waiting_for)}; sent again',
                 throttle_duration_sec=5.0)
+
+    def _names(self, nodes):
+        """Return names of nodes, with a remark on those that are not there at all."""
+        present = {end.node_name for end in self.get_publishers_info_by_topic('frame_done')}
+        return ', '.join(name if name in present else f'{name} (no such node is running)'
+                         for name in sorted(nodes))
 
     def _on_frame_done(self, message):
         if not self._flight.done(messages.to_stamp(message.stamp), message.frame_id):
@@ -225,6 +215,7 @@ class Wind(DialNode):
         self._ever_done = True
         self._stopwatch.frames += 1
         if self.values['pace'] == 'lockstep':
+            self._resend(time.monotonic())
             self._fill_window()
         self._end_if_done(time.monotonic())
 
@@ -275,7 +266,7 @@ class Wind(DialNode):
                   self._oldest_index() if in_turn else self._index)
         with self._stopwatch.share('work'):
             keyed = keys.values_at(self._timeline, stamp / 1e9)
-            wind = self._wind_at(stamp / 1e9)
+            wind = self._weather.at(stamp / 1e9)
             message = messages.parameters_message(
                 self.get_fully_qualified_name(), tag, wind, keyed)
         with self._stopwatch.share('publish'):
@@ -311,7 +302,7 @@ class Wind(DialNode):
         if self.values['pace'] == 'realtime' or not len(self._flight) or waited:
             self._reset_since = None
             self._begin_take()
-            self.get_logger().info('reset: back to the first frame')
+            self.get_logger().info('reset: back to the first frame', throttle_duration_sec=1.0)
 
     def _end_if_done(self, now):
         if self._reset_since is not None or self.ended.done() or not self._is_last_sent():
