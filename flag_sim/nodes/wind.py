@@ -51,6 +51,7 @@ class Wind(DialNode):
         self._ever_done = False
         self._resent = self._missed = self._sent_since_report = self._missed_since_report = 0
         self._report_time = None
+        self._complaint = None, 0.0  # the frame last complained of, and when [s]
         self._reset_since = None
         self._timer = None
         self._begin_take()
@@ -198,10 +199,17 @@ class Wind(DialNode):
         frame.last_time = now
         self._resent += 1
         if now - frame.first_time > after:
-            self.get_logger().warning(
-                f'frame {frame.tag.index} (t = {frame.tag.stamp / 1e9:.3f} s) is not done: '
-                f'waiting for {self._names(frame.waiting_for)}; sent again',
-                throttle_duration_sec=5.0)
+            self._complain(frame, now)
+
+    def _complain(self, frame, now):
+        """Say whom a frame waits for: at once of every new frame, and of the same now and then."""
+        index, said = self._complaint
+        if frame.tag.index == index and now - said < REPORT:
+            return
+        self._complaint = frame.tag.index, now
+        self.get_logger().warning(
+            f'frame {frame.tag.index} (t = {frame.tag.stamp / 1e9:.3f} s) is not done: '
+            f'waiting for {self._names(frame.waiting_for)}; sent again')
 
     def _names(self, nodes):
         """Return names of nodes, with a remark on those that are not there at all."""
