@@ -15,6 +15,7 @@
 """Autokey: what a user sets on any node while a shot plays becomes a key (the source's 1.5)."""
 from flag_sim.nodes import keys
 from flag_sim.nodes.dials import NODES
+from flag_sim.nodes.parameters import to_parameter
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.parameter import parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
@@ -25,16 +26,16 @@ LOOK_AGAIN = 0.5  # between attempts to reach the nodes whose values are not kno
 
 class Autokey:
     """
-    Listens to /parameter_events and hands every change that can be keyed to `on_change`.
+    Listens to /parameter_events and, while `autokey` is on, keys every change that can be keyed.
 
-    on_change(track, value, old): `old` is what the parameter had before; a track that begins needs
-    it. The values that the nodes have before anything changes are asked for once. Playback sets
-    no parameter, so it is never heard here.
+    node: the wind; now(): where in the animation it is [s]. A track that begins needs the value
+    that its parameter had before, so the nodes are asked once for what they have. Playback sets no
+    parameter, so it is never heard here.
     """
 
-    def __init__(self, node, on_change):
+    def __init__(self, node, now):
         self._node = node
-        self._on_change = on_change
+        self._now = now
         self._known = {f'{node.get_name()}.{name}': value for name, value in node.values.items()}
         self._clients = {name: AsyncParameterClient(node, name)
                          for name in ('physics', 'renderer')}
@@ -71,4 +72,18 @@ class Autokey:
                 continue  # keys themselves, and what no track can animate
             old = self._known.get(track, dial.default)
             self._known[track] = value
-            self._on_change(track, value, old)
+            if self._node.values['autokey']:
+                self._put_key(track, value, old)
+
+    def _put_key(self, track, value, old):
+        """Make a key of what a user has set; the wind checks the track that comes out of it."""
+        values = self._node.values
+        try:
+            changes = keys.with_key(values, track, self._now(), value, old, 0.5 / values['rate'])
+        except ValueError as error:
+            self._node.get_logger().warning(f'no key is made: {error}')
+            return
+        result = self._node.set_parameters_atomically(
+            [to_parameter(name, new) for name, new in changes.items()])
+        if not result.successful:
+            self._node.get_logger().warning(f'no key is made: {result.reason}')

@@ -22,7 +22,7 @@ from flag_sim.nodes.dials import WIND
 from flag_sim.nodes.flight import Flight
 from flag_sim.nodes.frames import Tag
 from flag_sim.nodes.life import run
-from flag_sim.nodes.parameters import DialNode, to_parameter
+from flag_sim.nodes.parameters import DialNode
 from flag_sim.nodes.params_file import check_path, save_parameters
 from flag_sim.nodes.stopwatch import Stopwatch
 from flag_sim.nodes.topics import publish, subscribe
@@ -56,7 +56,7 @@ class Wind(DialNode):
         self._timer = None
         self._begin_take()
         subscribe(self, 'frame_done', self._on_frame_done)
-        self._autokey = Autokey(self, self._on_change)
+        self._autokey = Autokey(self, self._now)
         subscribe(self, 'reset', self._on_reset)
         subscribe(self, 'step', self._on_step)
         self._set_timer()
@@ -110,27 +110,15 @@ class Wind(DialNode):
         if changed & {'rate', 'pace', 'paused', 'frames'}:
             self._due_origin = None
             self._set_timer()
-        if any(name.startswith(('tracks', 'keys.', 'events.', 'save_to')) for name in changed):
+        if self.values['save_to'] and any(
+                name.startswith(('tracks', 'keys.', 'events.', 'save_to')) for name in changed):
             self._save()
 
-    def _on_change(self, track, value, old):
-        """Make a key of what a user has set, at the time of the last frame."""
-        if not self.values['autokey']:
-            return
-        now = self._timeline.local(max(self._previous, 0) / 1e9)
-        try:
-            changes = keys.with_key(self.values, track, now, value, old, 0.5 / self._rate)
-        except ValueError as error:
-            self.get_logger().warning(f'no key is made: {error}')
-            return
-        result = self.set_parameters_atomically(
-            [to_parameter(name, new) for name, new in changes.items()])
-        if not result.successful:
-            self.get_logger().warning(f'no key is made: {result.reason}')
+    def _now(self):
+        """Return where in the animation the last frame was [s]."""
+        return self._timeline.local(max(self._previous, 0) / 1e9)
 
     def _save(self):
-        if not self.values['save_to']:
-            return
         try:
             save_parameters(self.values['save_to'], self.get_fully_qualified_name(), self.values)
         except OSError as error:
