@@ -14,8 +14,9 @@
 
 """Coverage against exact whole-number arithmetic, values against formulas."""
 from flag_sim.drawing.clipping import GUARD
-from flag_sim.drawing.rasterizer import fill, project
-from flag_sim.drawing.spans import unpack
+from flag_sim.drawing.projection import project
+from flag_sim.drawing.rasterizer import fill
+from flag_sim.drawing.tiles import no_marks
 
 import numpy as np
 
@@ -26,7 +27,7 @@ PLACES = 256
 
 
 def draw(corners, nearness=1.0, colours=255.0, is_correct=False, bands=1,
-         width=WIDTH, height=HEIGHT):
+         is_painted=False, shift=(0.0, 0.0), width=WIDTH, height=HEIGHT):
     """Draw triangles of corners (m, 3, 2) [pixel]; return nearness and words, (height, width)."""
     corners = np.asarray(corners, dtype=np.float64)
     count = len(corners)
@@ -38,9 +39,9 @@ def draw(corners, nearness=1.0, colours=255.0, is_correct=False, bands=1,
     triangles = np.arange(3 * count, dtype=np.int32).reshape(-1, 3)
     depth, words = np.zeros(height * width, np.float32), np.zeros(height * width, np.uint32)
     for band in range(bands):
-        fill(triangles, np.zeros_like(screen), screen, np.zeros(3 * count, np.uint8), matter,
-             False, True, 0.0, 0.0, 0.1, True, is_correct, band, bands, width, height, depth,
-             words)
+        fill(triangles, np.arange(count), count, np.zeros_like(screen), screen,
+             np.zeros(3 * count, np.uint8), matter, False, 0.0, 0.0, 0.1, True, is_correct,
+             is_painted, False, *shift, no_marks(), band, bands, width, height, depth, words)
     return depth.reshape(height, width), words.reshape(height, width)
 
 
@@ -207,17 +208,10 @@ def test_hostile_vertices_write_nothing_outside():
         # The image lies between margins that must stay as they are.
         depth = np.full(size + 2 * margin, np.float32(-1e30))
         words = np.full(size + 2 * margin, 77, np.uint32)
-        fill(triangles, view, screen, where, np.full((2, 12000, 3), 128.0), False, True,
-             30.0, 21.0, 0.05, is_perspective, True, 0, 1, WIDTH, HEIGHT,
-             depth[margin:margin + size], words[margin:margin + size])
+        fill(triangles, np.arange(4000), 4000, view, screen, where, np.full((2, 12000, 3), 128.0),
+             False, 30.0, 21.0, 0.05, is_perspective, True, False, False, 0.0, 0.0, no_marks(),
+             0, 1, WIDTH, HEIGHT, depth[margin:margin + size], words[margin:margin + size])
         for buffer, clear in ((depth, np.float32(-1e30)), (words, 77)):
             assert (buffer[:margin] == clear).all() and (buffer[-margin:] == clear).all()
         assert np.isfinite(depth).all()
         assert set(np.unique(words)) == {77, 128 | 128 << 8 | 128 << 16}
-
-
-def test_unpack():
-    words = np.array([0x030201, 0x060504, 0x090807, 0x0c0b0a], np.uint32)
-    out = np.zeros(3, np.uint32)
-    unpack(words, out, 2, 0, 2, 0, 2)
-    np.testing.assert_array_equal(out.view(np.uint8), np.arange(1, 13))

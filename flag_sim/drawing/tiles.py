@@ -1,0 +1,194 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Samples at edges: the idea of the A-buffer (Carpenter, 1984), with coverage held per sample.
+
+The frame is drawn once with a sample at each pixel's centre. Only tiles in which neighbouring
+pixels then differ are drawn again, once for each sample, and averaged: elsewhere the colour is
+smooth, and the centre's is the average already. What is so thin that it slips between all pixel
+centres of a tile and of its rim is not found, and stays as it is with one sample.
+"""
+from flag_sim.drawing.bands import BAND, next_row
+from flag_sim.drawing.clipping import INSIDE, NOWHERE
+from flag_sim.kernels import kernel
+
+import numpy as np
+
+# Pixels along a tile's side: one vector, and a whole number to a band.
+TILE = 8
+# Neighbours that differ by more levels than this in a channel have an edge between them.
+CONTRAST = 6
+
+
+def _centred(sixteenths):
+    """Move a pattern so that its mean is the pixel's centre: (n, 2) [pixel], whole places."""
+    points = np.array(sixteenths) / 16.0
+    points -= points.mean(axis=0)
+    points.flags.writeable = False
+    return points
+
+
+# From the pixel's centre. 4: a rotated grid; 8 and 16: rooks, of which none attacks another.
+# All are the patterns of Direct3D 11.1 (functional specification, 19.2.4.1).
+PATTERNS = {
+    1: _centred([(0, 0)]),
+    4: _centred([(-2, -6), (6, -2), (-6, 2), (2, 6)]),
+    8: _centred([(1, -3), (-1, 3), (5, 1), (-3, -5), (-5, 5), (-7, -1), (3, 7), (7, -7)]),
+    16: _centred([(1, 1), (-1, -3), (-3, 2), (4, -1), (-5, -2), (2, 5), (5, 3), (3, -5),
+                  (-2, 6), (0, -7), (-4, -6), (-6, 4), (-8, 0), (7, -4), (6, 7), (-7, -8)]),
+}
+
+
+def no_marks():
+    """Give marks that no tile has: then all of the image is drawn."""
+    return np.empty((0, 0), np.bool_)
+
+
+def marks_for(width, height):
+    """Make marks for an image's tiles: (rows of tiles, columns of tiles) bool."""
+    return np.zeros((-(-height // TILE), -(-width // TILE)), np.bool_)
+
+
+@kernel
+def mark_edges(words, width, height, band, bands, marks):
+    """
+    Mark the tiles of some bands where neighbours differ, within them or across their rim.
+
+    words: (height width,) at least, uint32. Returns how many were marked.
+    """
+    count = 0
+    top = next_row(0, band, bands)
+    while top < height:
+        first, last = max(top - 1, 0), min(top + TILE, height - 1)
+        for tile in range(marks.shape[1]):
+            left = max(tile * TILE - 1, 0)
+            right = min(tile * TILE + TILE, width - 1)
+            worst = np.int32(0)
+            for row in range(first, last + 1):
+                here = np.uint64(row * width + left)
+                # The last row is its own neighbour below, the last column to the right.
+                below = np.uint64(width if row < last else 0)
+                for j in range(np.uint64(right - left)):
+                    word = words[here + j]
+                    worst = max(worst, _difference(word, words[here + j + np.uint64(1)]),
+                                _difference(word, words[here + j + below]))
+            for row in range(first, last):
+                here = np.uint64(row * width + right)
+                worst = max(worst, _difference(words[here], words[here + np.uint64(width)]))
+            marks[top // TILE, tile] = worst > CONTRAST
+            count += worst > CONTRAST
+        top += TILE
+        if top % BAND == 0:
+            top = next_row(top, band, bands)
+    return count
+
+
+@kernel
+def touching(triangles, order, screen, where, marks, width, height, band, bands, found):
+    """
+    Collect in `found` those of `order` that can touch a marked tile of the bands; count them.
+
+    All but triangles that are INSIDE are taken to touch.
+    """
+    count = 0
+    for t in order:
+        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+        state = where[a] | where[b] | where[c]
+        if state >= NOWHERE:
+            continue
+        is_found = state != INSIDE
+        if not is_found:
+            # Samples lie within half a pixel of the centre, and outlines half a pixel farther.
+            left = min(screen[a, 0], screen[b, 0], screen[c, 0]) - 1.0
+            right = max(screen[a, 0], screen[b, 0], screen[c, 0]) + 1.0
+            top = min(screen[a, 1], screen[b, 1], screen[c, 1]) - 1.0
+            bottom = max(screen[a, 1], screen[b, 1], screen[c, 1]) + 1.0
+            if right < 0.0 or bottom < 0.0 or left > width - 1.0 or top > height - 1.0:
+                continue
+            row = next_row(int(max(top, 0.0)), band, bands)
+            last = int(min(bottom, height - 1.0))
+            tile_first = int(max(left, 0.0)) // TILE
+            tile_last = int(min(right, width - 1.0)) // TILE
+            while row <= last and not is_found:
+                for tile in range(tile_first, tile_last + 1):
+                    is_found |= marks[row // TILE, tile]
+                row = next_row((row // TILE + 1) * TILE, band, bands)
+        if is_found:
+            found[count] = t
+            count += 1
+    return count
+
+
+@kernel
+def clear_marked(marks, width, height, band, bands, word, farthest, words, nearness, sums):
+    """Empty the marked tiles of the bands before the first sample is drawn."""
+    row = next_row(0, band, bands)
+    while row < height:
+        for tile in range(marks.shape[1]):
+            if marks[row // TILE, tile]:
+                for i in range(row * width + tile * TILE,
+                               row * width + min(tile * TILE + TILE, width)):
+                    words[i] = word
+                    nearness[i] = farthest
+                    sums[0, i] = sums[1, i] = 0
+        row = next_row(row + 1, band, bands)
+
+
+@kernel
+def add_sample(marks, width, height, band, bands, word, farthest, words, nearness, sums):
+    """
+    Add a sample's colours to the sums and empty its tiles for the next.
+
+    sums: (2, height width) uint32: [0] red and blue, [1] green, 16 bits each.
+    """
+    row = next_row(0, band, bands)
+    while row < height:
+        for tile in range(marks.shape[1]):
+            if marks[row // TILE, tile]:
+                for i in range(row * width + tile * TILE,
+                               row * width + min(tile * TILE + TILE, width)):
+                    sums[0, i] += words[i] & np.uint32(0xff00ff)
+                    sums[1, i] += words[i] >> np.uint32(8) & np.uint32(0xff)
+                    words[i] = word
+                    nearness[i] = farthest
+        row = next_row(row + 1, band, bands)
+
+
+@kernel
+def resolve(marks, width, height, band, bands, samples, sums, words):
+    """Write the sums of `samples` (4, 8 or 16) samples, averaged and rounded, as colours."""
+    half = np.uint32(samples // 2)
+    row = next_row(0, band, bands)
+    while row < height:
+        for tile in range(marks.shape[1]):
+            if marks[row // TILE, tile]:
+                for i in range(row * width + tile * TILE,
+                               row * width + min(tile * TILE + TILE, width)):
+                    red = ((sums[0, i] & np.uint32(0xffff)) + half) // np.uint32(samples)
+                    green = (sums[1, i] + half) // np.uint32(samples)
+                    blue = ((sums[0, i] >> np.uint32(16)) + half) // np.uint32(samples)
+                    words[i] = red | green << np.uint32(8) | blue << np.uint32(16)
+        row = next_row(row + 1, band, bands)
+
+
+@kernel
+def _difference(one, other):
+    """Give the greatest difference of two colours in a channel."""
+    worst = np.int32(0)
+    for place in (0, 8, 16):
+        p = np.int32(one >> np.uint32(place) & np.uint32(0xff))
+        q = np.int32(other >> np.uint32(place) & np.uint32(0xff))
+        worst = max(worst, abs(p - q))
+    return worst
