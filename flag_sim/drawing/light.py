@@ -90,8 +90,8 @@ def shade(points, normals, viewpoint, material, light, colours):
     """
     Light both sides of a surface with normals (n, 3), of any length, at points (n, 3) [m].
 
-    viewpoint: (4,) of Camera. Writes colours (2, n, 3), 0 to 255: [0] of the side that the normal
-    points from, [1] of the other side, whose normal is the opposite one. Which side the eye
+    viewpoint: (4,) of Camera. Writes colours (n, 2, 3), 0 to 255: [:, 0] of the side that the normal
+    points from, [:, 1] of the other side, whose normal is the opposite one. Which side the eye
     meets is the triangle's matter, so a side that turns its back to the sun gets only what shines
     through (|n . l| of 1.14 would light it). Brighter than 255 is 255, channel by channel. A
     normal that is zero or not finite gets the ambient light alone; points are only read where
@@ -117,9 +117,9 @@ def _diffuse(normals, lx, ly, lz, red, green, blue, ambient, sunlight, transmitt
         for side in range(2):
             facing = cosine if side == 0 else -cosine
             level = ambient + sunlight * max(facing, 0.0) + transmitted * max(-facing, 0.0)
-            colours[side, i, 0] = min(red * level, 255.0)
-            colours[side, i, 1] = min(green * level, 255.0)
-            colours[side, i, 2] = min(blue * level, 255.0)
+            colours[i, side, 0] = min(red * level, 255.0)
+            colours[i, side, 1] = min(green * level, 255.0)
+            colours[i, side, 2] = min(blue * level, 255.0)
 
 
 @kernel
@@ -142,4 +142,4 @@ def _add_specular(points, normals, viewpoint, lx, ly, lz, sunlight, shininess, c
         if toward_sun * (nx * ex + ny * ey + nz * ez) > 0.0:
             shine = 255.0 * sunlight * min(cosine, 1.0) ** shininess
             for channel in range(3):
-                colours[side, i, channel] = min(colours[side, i, channel] + shine, 255.0)
+                colours[i, side, channel] = min(colours[i, side, channel] + shine, 255.0)

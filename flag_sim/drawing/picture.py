@@ -129,11 +129,11 @@ class Picture:
             triangles = self._assembly.triangles
             normals = face_normals(points, triangles)
             points = points[triangles].mean(axis=1)
-        colours = np.empty((2, *points.shape))
+        colours = np.empty((len(points), 2, 3))
         for name, slices in self._assembly.parts.items():
             part = slices[is_flat]
             shade(points[part], normals[part], self._camera.viewpoint, getattr(materials, name),
-                  light, colours[:, part])
+                  light, colours[part])
         return colours
 
     def _paint(self, view, screen, where, colours, style, emptied):
@@ -177,7 +177,8 @@ class Picture:
             tiles.resolve(*where_to, style.samples, samples.sums, canvas.words)
 
         self._crew.share(lambda *bands: tiles.mark_edges(
-            canvas.words, camera.width, camera.height, *bands, samples.marks))
+            canvas.words, camera.width, camera.height, *bands,
+            np.empty(camera.width + tiles.TILE, np.uint32), samples.marks))
         self._crew.share(draw_samples)
 
 

@@ -46,7 +46,7 @@ def fill(triangles, order, closed, view, screen, where, colours, is_flat,
     Draw the triangles (m, 3) that `order` (k,) numbers into some rows of the image.
 
     closed: from this triangle on backs are not drawn; view, screen, where: from project;
-    colours: (2, n, 3) of both sides, 0..255, at vertices, or (2, m, 3) of triangles if is_flat;
+    colours: (n, 2, 3) of both sides, 0..255, at vertices, or (m, 2, 3) of triangles if is_flat;
     is_correct: interpolate colours perspective-correctly, else linearly on the screen;
     is_painted: cover what was drawn before, near or far; is_outlined: draw the edges too;
     shift_u, shift_v: where in the pixel its sample lies, from the centre [pixel], in whole
@@ -55,6 +55,7 @@ def fill(triangles, order, closed, view, screen, where, colours, is_flat,
     Triangles with a vertex NOWHERE are not drawn.
     """
     shape = np.empty((2, MOST_CORNERS + 1, 6))
+    planes = np.empty((3, 4))
     for t in order:
         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
         state = where[a] | where[b] | where[c]
@@ -71,24 +72,27 @@ def fill(triangles, order, closed, view, screen, where, colours, is_flat,
             vertex = triangles[t, k]
             matter = t if is_flat else vertex
             for axis in range(3):
-                shape[0, k, axis] = view[vertex, axis]
                 shape[1, k, axis] = screen[vertex, axis]
-                shape[0, k, 3 + axis] = shape[1, k, 3 + axis] = colours[side, matter, axis]
+                shape[1, k, 3 + axis] = colours[matter, side, axis]
         count = 3
         if state != INSIDE:
+            for k in range(3):
+                for axis in range(3):
+                    shape[0, k, axis] = view[triangles[t, k], axis]
+                    shape[0, k, 3 + axis] = shape[1, k, 3 + axis]
             count = clip(shape, near, is_perspective)
             for k in range(count):
                 shape[1, k, 0], shape[1, k, 1], shape[1, k, 2] = to_screen(
                     shape[1, k, 0], shape[1, k, 1], shape[1, k, 2], cu, cv, is_perspective)
         for k in range(count):
+            # Perspective-correct colours are interpolated multiplied by nearness.
             shape[1, k, 0] -= shift_u
             shape[1, k, 1] -= shift_v
-        if is_correct:
-            for k in range(count):
+            if is_correct:
                 for axis in range(3, 6):
                     shape[1, k, axis] *= shape[1, k, 2]
         for k in range(2, count):
-            fill_triangle(shape, 0, k - 1, k, is_correct, is_painted, marks,
+            fill_triangle(shape, 0, k - 1, k, planes, is_correct, is_painted, marks,
                           band, bands, width, height, nearness, words)
         if is_outlined:
             draw_outline(shape, count, is_correct, is_painted, marks,
@@ -96,9 +100,13 @@ def fill(triangles, order, closed, view, screen, where, colours, is_flat,
 
 
 @kernel
-def fill_triangle(corners, a, b, c, is_correct, is_painted, marks,
+def fill_triangle(corners, a, b, c, planes, is_correct, is_painted, marks,
                   band, bands, width, height, nearness, words):
-    """Draw a triangle of corners[1], (n, 6): u, v, nearness, red, green, blue."""
+    """
+    Draw a triangle of corners[1], (n, 6): u, v, nearness, red, green, blue.
+
+    planes: (3, 4), for the work in between.
+    """
     # From top to bottom, always: triangles that share an edge then compute it alike.
     if corners[1, b, 1] < corners[1, a, 1]:
         a, b = b, a
@@ -119,13 +127,16 @@ def fill_triangle(corners, a, b, c, is_correct, is_painted, marks,
     if row >= end or max(au, bu, cu) <= 0.0 or min(au, bu, cu) > width - 1.0:
         return
 
-    # Each value q is a plane over the screen: q = qa + q_u (u - ua) + q_v (v - va).
-    uu, uv = (cv - av) / area, (bv - av) / area
-    vu, vv = (cu - au) / area, (bu - au) / area
-    s, s_u, s_v = _plane(corners[1, a, 2], corners[1, b, 2], corners[1, c, 2], uu, uv, vu, vv)
-    r, r_u, r_v = _plane(corners[1, a, 3], corners[1, b, 3], corners[1, c, 3], uu, uv, vu, vv)
-    g, g_u, g_v = _plane(corners[1, a, 4], corners[1, b, 4], corners[1, c, 4], uu, uv, vu, vv)
-    b_, b_u, b_v = _plane(corners[1, a, 5], corners[1, b, 5], corners[1, c, 5], uu, uv, vu, vv)
+    # Each value q is a plane over the screen: q = q_0 + q_u (u - ua) + q_v (v - va).
+    share = 1.0 / area
+    uu, uv = (cv - av) * share, (bv - av) * share
+    vu, vv = (cu - au) * share, (bu - au) * share
+    for q in range(4):
+        along_b = corners[1, b, 2 + q] - corners[1, a, 2 + q]
+        along_c = corners[1, c, 2 + q] - corners[1, a, 2 + q]
+        planes[0, q] = corners[1, a, 2 + q]
+        planes[1, q] = along_b * uu - along_c * uv
+        planes[2, q] = along_c * vv - along_b * vu
 
     along_ac = (cu - au) / (cv - av)
     along_ab = (bu - au) / (bv - av)
@@ -137,32 +148,37 @@ def fill_triangle(corners, a, b, c, is_correct, is_painted, marks,
         begin = max(int(np.ceil(left - SLACK)), 0)
         stop = min(int(np.ceil(right - SLACK)), width)
         while begin < stop:
-            end_of_run = stop
-            is_wanted = True
+            run, is_wanted = stop, True
             if marks.size > 0:
-                end_of_run = min((begin // TILE + 1) * TILE, stop)
+                run = min((begin // TILE + 1) * TILE, stop)
                 is_wanted = marks[row // TILE, begin // TILE]
             if is_wanted:
                 du, dv = begin - au, row - av
-                first, count = np.uint64(row * width + begin), np.uint64(end_of_run - begin)
+                first, count = np.uint64(row * width + begin), np.uint64(run - begin)
+                s, ds = _at(planes, 0, du, dv)
+                r, dr = _at(planes, 1, du, dv)
+                g, dg = _at(planes, 2, du, dv)
+                b_, db = _at(planes, 3, du, dv)
+                if is_painted:
+                    # What is emptied first is covered; a test in the span would slow it down.
+                    nearness[row * width + begin:row * width + run] = -np.inf
                 if is_correct:
-                    span_correct(
-                        words, nearness, is_painted, first, count,
-                        np.float32(s + s_u * du + s_v * dv), np.float32(s_u),
-                        np.float32(r + r_u * du + r_v * dv), np.float32(r_u),
-                        np.float32(g + g_u * du + g_v * dv), np.float32(g_u),
-                        np.float32(b_ + b_u * du + b_v * dv), np.float32(b_u))
+                    span_correct(words, nearness, first, count,
+                                 s, ds, r, dr, g, dg, b_, db)
                 else:
-                    span_linear(
-                        words, nearness, is_painted, first, count,
-                        np.float32(s + s_u * du + s_v * dv), np.float32(s_u),
-                        np.float32(r + r_u * du + r_v * dv), np.float32(r_u),
-                        np.float32(g + g_u * du + g_v * dv), np.float32(g_u),
-                        np.float32(b_ + b_u * du + b_v * dv), np.float32(b_u))
-            begin = end_of_run
+                    span_linear(words, nearness, first, count,
+                                s, ds, r, dr, g, dg, b_, db)
+            begin = run
         row += 1
         if row % BAND == 0:
             row = next_row(row, band, bands)
+
+
+@kernel
+def _at(planes, q, du, dv):
+    """Give a plane's value, and its slope along the row."""
+    return (np.float32(planes[0, q] + planes[1, q] * du + planes[2, q] * dv),
+            np.float32(planes[1, q]))
 
 
 @kernel
@@ -183,9 +199,3 @@ def _side_of_view(view, a, b, c, is_perspective):
         toward = (view[a, 0] * (py * qz - pz * qy) + view[a, 1] * (pz * qx - px * qz)
                   + view[a, 2] * toward)
     return 0 if toward < 0.0 else 1 if toward > 0.0 else -1
-
-
-@kernel
-def _plane(qa, qb, qc, uu, uv, vu, vv):
-    """Give a value at corner a and its slopes along u and v."""
-    return qa, (qb - qa) * uu - (qc - qa) * uv, (qc - qa) * vv - (qb - qa) * vu

@@ -20,7 +20,7 @@ pixels then differ are drawn again, once for each sample, and averaged: elsewher
 smooth, and the centre's is the average already. What is so thin that it slips between all pixel
 centres of a tile and of its rim is not found, and stays as it is with one sample.
 """
-from flag_sim.drawing.bands import BAND, next_row
+from flag_sim.drawing.bands import next_row
 from flag_sim.drawing.clipping import INSIDE, NOWHERE
 from flag_sim.kernels import kernel
 
@@ -62,37 +62,34 @@ def marks_for(width, height):
 
 
 @kernel
-def mark_edges(words, width, height, band, bands, marks):
+def mark_edges(words, width, height, band, bands, worst, marks):
     """
     Mark the tiles of some bands where neighbours differ, within them or across their rim.
 
-    words: (height width,) at least, uint32. Returns how many were marked.
+    words: (height width,) at least, uint32; worst: (width + TILE,) uint32, for the work in
+    between.
     """
-    count = 0
     top = next_row(0, band, bands)
     while top < height:
         first, last = max(top - 1, 0), min(top + TILE, height - 1)
+        worst[:] = 0
+        for row in range(first, last + 1):
+            here = np.uint64(row * width)
+            # The last row is its own neighbour below.
+            below = np.uint64(width if row < last else 0)
+            for j in range(np.uint64(width - 1)):
+                word = words[here + j]
+                worst[j] |= (_differs(word, words[here + j + np.uint64(1)])
+                             | _differs(word, words[here + j + below]))
+            here += np.uint64(width - 1)
+            worst[width - 1] |= _differs(words[here], words[here + below])
         for tile in range(marks.shape[1]):
-            left = max(tile * TILE - 1, 0)
-            right = min(tile * TILE + TILE, width - 1)
-            worst = np.int32(0)
-            for row in range(first, last + 1):
-                here = np.uint64(row * width + left)
-                # The last row is its own neighbour below, the last column to the right.
-                below = np.uint64(width if row < last else 0)
-                for j in range(np.uint64(right - left)):
-                    word = words[here + j]
-                    worst = max(worst, _difference(word, words[here + j + np.uint64(1)]),
-                                _difference(word, words[here + j + below]))
-            for row in range(first, last):
-                here = np.uint64(row * width + right)
-                worst = max(worst, _difference(words[here], words[here + np.uint64(width)]))
-            marks[top // TILE, tile] = worst > CONTRAST
-            count += worst > CONTRAST
-        top += TILE
-        if top % BAND == 0:
-            top = next_row(top, band, bands)
-    return count
+            # A difference belongs to both neighbours, so the pixel before counts too.
+            found = worst[max(tile * TILE - 1, 0)]
+            for j in range(TILE):
+                found |= worst[tile * TILE + j]
+            marks[top // TILE, tile] = found != 0
+        top = next_row(top + TILE, band, bands)
 
 
 @kernel
@@ -134,16 +131,18 @@ def touching(triangles, order, screen, where, marks, width, height, band, bands,
 @kernel
 def clear_marked(marks, width, height, band, bands, word, farthest, words, nearness, sums):
     """Empty the marked tiles of the bands before the first sample is drawn."""
-    row = next_row(0, band, bands)
-    while row < height:
+    top = next_row(0, band, bands)
+    while top < height:
         for tile in range(marks.shape[1]):
-            if marks[row // TILE, tile]:
-                for i in range(row * width + tile * TILE,
-                               row * width + min(tile * TILE + TILE, width)):
+            if not marks[top // TILE, tile]:
+                continue
+            for row in range(top, min(top + TILE, height)):
+                begin = row * width + tile * TILE
+                for i in range(begin, begin + min(TILE, width - tile * TILE)):
                     words[i] = word
                     nearness[i] = farthest
                     sums[0, i] = sums[1, i] = 0
-        row = next_row(row + 1, band, bands)
+        top = next_row(top + TILE, band, bands)
 
 
 @kernel
@@ -153,42 +152,47 @@ def add_sample(marks, width, height, band, bands, word, farthest, words, nearnes
 
     sums: (2, height width) uint32: [0] red and blue, [1] green, 16 bits each.
     """
-    row = next_row(0, band, bands)
-    while row < height:
+    top = next_row(0, band, bands)
+    while top < height:
         for tile in range(marks.shape[1]):
-            if marks[row // TILE, tile]:
-                for i in range(row * width + tile * TILE,
-                               row * width + min(tile * TILE + TILE, width)):
+            if not marks[top // TILE, tile]:
+                continue
+            for row in range(top, min(top + TILE, height)):
+                begin = row * width + tile * TILE
+                for i in range(begin, begin + min(TILE, width - tile * TILE)):
                     sums[0, i] += words[i] & np.uint32(0xff00ff)
                     sums[1, i] += words[i] >> np.uint32(8) & np.uint32(0xff)
                     words[i] = word
                     nearness[i] = farthest
-        row = next_row(row + 1, band, bands)
+        top = next_row(top + TILE, band, bands)
 
 
 @kernel
 def resolve(marks, width, height, band, bands, samples, sums, words):
     """Write the sums of `samples` (4, 8 or 16) samples, averaged and rounded, as colours."""
     half = np.uint32(samples // 2)
-    row = next_row(0, band, bands)
-    while row < height:
+    top = next_row(0, band, bands)
+    while top < height:
         for tile in range(marks.shape[1]):
-            if marks[row // TILE, tile]:
-                for i in range(row * width + tile * TILE,
-                               row * width + min(tile * TILE + TILE, width)):
+            if not marks[top // TILE, tile]:
+                continue
+            for row in range(top, min(top + TILE, height)):
+                begin = row * width + tile * TILE
+                for i in range(begin, begin + min(TILE, width - tile * TILE)):
                     red = ((sums[0, i] & np.uint32(0xffff)) + half) // np.uint32(samples)
                     green = (sums[1, i] + half) // np.uint32(samples)
                     blue = ((sums[0, i] >> np.uint32(16)) + half) // np.uint32(samples)
                     words[i] = red | green << np.uint32(8) | blue << np.uint32(16)
-        row = next_row(row + 1, band, bands)
+        top = next_row(top + TILE, band, bands)
 
 
 @kernel
-def _difference(one, other):
-    """Give the greatest difference of two colours in a channel."""
-    worst = np.int32(0)
-    for place in (0, 8, 16):
-        p = np.int32(one >> np.uint32(place) & np.uint32(0xff))
-        q = np.int32(other >> np.uint32(place) & np.uint32(0xff))
-        worst = max(worst, abs(p - q))
-    return worst
+def _differs(one, other):
+    """Give a word that is not 0 where two colours differ by more than CONTRAST in a channel."""
+    found = np.uint32(0)
+    for place in (np.uint32(0), np.uint32(8), np.uint32(16)):
+        p = one >> place & np.uint32(0xff)
+        q = other >> place & np.uint32(0xff)
+        # In unsigned arithmetic what is below -CONTRAST is large, like what is above it.
+        found |= np.uint32(p - q + np.uint32(CONTRAST) > np.uint32(2 * CONTRAST))
+    return found
