@@ -32,22 +32,22 @@ TILE = 8
 CONTRAST = 6
 
 
-def _centred(sixteenths):
-    """Move a pattern so that its mean is the pixel's centre: (n, 2) [pixel], whole places."""
-    points = np.array(sixteenths) / 16.0
-    points -= points.mean(axis=0)
+def _centred(cells):
+    """Put a sample in row cells[k] of column k, about the pixel's centre: (n, 2) [pixel]."""
+    count = len(cells)
+    points = (np.column_stack([np.arange(count), cells]) + 0.5) / count - 0.5
     points.flags.writeable = False
     return points
 
 
-# From the pixel's centre. 4: a rotated grid; 8 and 16: rooks, of which none attacks another.
-# All are the patterns of Direct3D 11.1 (functional specification, 19.2.4.1).
+# Rooks, of which none attacks another, so that edges along rows and columns have all levels.
+# 4 is the rotated grid, 8 the lattice that misses the area beside edges of random direction least,
+# 16 the pattern of Direct3D 11.1 (functional specification, 19.2.4.1).
 PATTERNS = {
-    1: _centred([(0, 0)]),
-    4: _centred([(-2, -6), (6, -2), (-6, 2), (2, 6)]),
-    8: _centred([(1, -3), (-1, 3), (5, 1), (-3, -5), (-5, 5), (-7, -1), (3, 7), (7, -7)]),
-    16: _centred([(1, 1), (-1, -3), (-3, 2), (4, -1), (-5, -2), (2, 5), (5, 3), (3, -5),
-                  (-2, 6), (0, -7), (-4, -6), (-6, 4), (-8, 0), (7, -4), (6, 7), (-7, -8)]),
+    1: _centred([0]),
+    4: _centred([2, 0, 3, 1]),
+    8: _centred([4, 1, 6, 3, 0, 5, 2, 7]),
+    16: _centred([8, 0, 12, 6, 2, 10, 14, 5, 1, 9, 13, 3, 7, 11, 15, 4]),
 }
 
 
