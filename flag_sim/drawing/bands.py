@@ -27,5 +27,7 @@ BAND = 16
 @kernel
 def next_row(row, band, bands):
     """Give the first row from `row` on that belongs to bands band, band + bands, ..."""
+    if bands == 1:
+        return row
     ahead = (band - row // BAND) % bands
     return row if ahead == 0 else (row // BAND + ahead) * BAND

@@ -62,6 +62,12 @@ def fill(triangles, order, closed, view, screen, where, colours, is_flat,
         if state >= NOWHERE:
             continue
         if state == INSIDE:
+            # Most triangles of a fine mesh lie in other threads' bands, or between rows.
+            top = min(screen[a, 1], screen[b, 1], screen[c, 1]) - shift_v
+            bottom = max(screen[a, 1], screen[b, 1], screen[c, 1]) - shift_v
+            row = next_row(max(int(np.ceil(top)), 0), band, bands)
+            if row >= min(bottom, float(height)) and not is_outlined:
+                continue
             side = _side(screen[a, 0], screen[a, 1], screen[b, 0], screen[b, 1],
                          screen[c, 0], screen[c, 1])
         else:
