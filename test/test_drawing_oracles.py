@@ -25,7 +25,7 @@ import pytest
 
 from support.flags import wave
 
-# None shows the cloth on edge, where a 256th of a pixel is more than 1e-4 of the depth.
+# Straight down the cloth stands on edge, where a 256th of a pixel is more than 1e-4 of depth.
 VIEWS = {
     'default': {},
     'wide': {'distance': 20.0, 'target': (0.5, 0.0, 5.0)},

@@ -88,7 +88,8 @@ def test_a_straight_edge_has_the_coverage_of_its_samples():
             x, z = np.meshgrid([-30.0, part], [30.0, -30.0])
             flag = np.stack([x, np.zeros_like(x), z], axis=-1)
             rgb = Picture().draw(flag, None, camera, Light(ambient=1.0, intensity=0.0),
-                                 Materials(flag=Material(white)), nothing, Style(black, samples=samples))
+                                 Materials(flag=Material(white)), nothing,
+                                 Style(black, samples=samples))
             share = np.mean(PATTERNS[samples][:, 0] < part)
             np.testing.assert_array_equal(rgb[:, :20], 255)
             np.testing.assert_allclose(rgb[:, 20], 255 * share, atol=0.5)

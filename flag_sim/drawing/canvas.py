@@ -42,7 +42,7 @@ class Canvas:
         self.rgb.flags.writeable = False
 
     def clear(self, rectangles, band, bands):
-        """Empty rectangles (top, bottom, left, right), those rows of them that are in the bands."""
+        """Empty rectangles (top, bottom, left, right), those rows of them that are in bands."""
         width, _, word, farthest = self.kind
         for rectangle in rectangles:
             _clear(self.words, self.nearness, word, np.float32(farthest), width, *rectangle,
@@ -82,8 +82,9 @@ def _unpack(words, out, width, top, bottom, left, right, band, bands):
 
     words: (4 n,), out: (3 n,) uint32: four pixels fill three words. Rows top .. bottom - 1 and
     columns left .. right - 1 of an image of that width are written, those of some bands, and up
-    to three pixels more at both ends of a row, so that whole groups of four are. The bytes are in order where the
-    lowest byte of a word stands first, as on all machines that ROS 2 supports.
+    to three pixels more at both ends of a row, so that whole groups of four are. The
+    bytes are in order where the lowest byte of a word stands first, as on all machines that
+    ROS 2 supports.
     """
     row = next_row(top, band, bands)
     while row < bottom:

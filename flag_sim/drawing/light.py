@@ -20,8 +20,6 @@ import math
 from flag_sim.drawing import checks
 from flag_sim.kernels import kernel
 
-import numpy as np
-
 
 @dataclasses.dataclass(frozen=True)
 class Light:
@@ -90,12 +88,12 @@ def shade(points, normals, viewpoint, material, light, colours):
     """
     Light both sides of a surface with normals (n, 3), of any length, at points (n, 3) [m].
 
-    viewpoint: (4,) of Camera. Writes colours (n, 2, 3), 0 to 255: [:, 0] of the side that the normal
-    points from, [:, 1] of the other side, whose normal is the opposite one. Which side the eye
-    meets is the triangle's matter, so a side that turns its back to the sun gets only what shines
-    through (|n . l| of 1.14 would light it). Brighter than 255 is 255, channel by channel. A
-    normal that is zero or not finite gets the ambient light alone; points are only read where
-    the material is specular.
+    viewpoint: (4,) of Camera. Writes colours (n, 2, 3), 0 to 255: [:, 0] of the side that the
+    normal points from, [:, 1] of the other side, whose normal is the opposite one. Which side
+    the eye meets is the triangle's matter, so a side that turns its back to the sun gets only
+    what shines through (|n . l| of 1.14 would light it). Brighter than 255 is 255, channel by
+    channel. A normal that is zero or not finite gets the ambient light alone; points are only
+    read where the material is specular.
     """
     sun = light.intensity if light.is_up else 0.0
     _diffuse(normals, *light.direction, *material.color, light.ambient, sun * material.diffuse,

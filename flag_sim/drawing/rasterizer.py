@@ -26,7 +26,7 @@ from flag_sim.drawing.bands import BAND, next_row
 from flag_sim.drawing.clipping import clip, INSIDE, MOST_CORNERS, NOWHERE
 from flag_sim.drawing.outline import draw_outline
 from flag_sim.drawing.projection import to_screen
-from flag_sim.drawing.spans import span_correct, span_linear
+from flag_sim.drawing.spans import empty, span_correct, span_linear
 from flag_sim.drawing.tiles import TILE
 from flag_sim.kernels import kernel
 
@@ -57,7 +57,9 @@ def fill(triangles, order, closed, view, screen, where, colours, is_flat,
     shape = np.empty((2, MOST_CORNERS + 1, 6))
     planes = np.empty((3, 4))
     for t in order:
-        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+        # Unsigned, so that no index is checked for being counted from the end.
+        a, b = np.uint64(triangles[t, 0]), np.uint64(triangles[t, 1])
+        c = np.uint64(triangles[t, 2])
         state = where[a] | where[b] | where[c]
         if state >= NOWHERE:
             continue
@@ -75,8 +77,8 @@ def fill(triangles, order, closed, view, screen, where, colours, is_flat,
         if side < 0 or (side == 1 and t >= closed):
             continue
         for k in range(3):
-            vertex = triangles[t, k]
-            matter = t if is_flat else vertex
+            vertex = np.uint64(triangles[t, k])
+            matter = np.uint64(t) if is_flat else vertex
             for axis in range(3):
                 shape[1, k, axis] = screen[vertex, axis]
                 shape[1, k, 3 + axis] = colours[matter, side, axis]
@@ -98,7 +100,8 @@ def fill(triangles, order, closed, view, screen, where, colours, is_flat,
                 for axis in range(3, 6):
                     shape[1, k, axis] *= shape[1, k, 2]
         for k in range(2, count):
-            fill_triangle(shape, 0, k - 1, k, planes, is_correct, is_painted, marks,
+            fill_triangle(shape, np.uint64(0), np.uint64(k - 1), np.uint64(k), planes,
+                          is_correct, is_painted, marks,
                           band, bands, width, height, nearness, words)
         if is_outlined:
             draw_outline(shape, count, is_correct, is_painted, marks,
@@ -167,7 +170,7 @@ def fill_triangle(corners, a, b, c, planes, is_correct, is_painted, marks,
                 b_, db = _at(planes, 3, du, dv)
                 if is_painted:
                     # What is emptied first is covered; a test in the span would slow it down.
-                    nearness[row * width + begin:row * width + run] = -np.inf
+                    empty(nearness, first, count)
                 if is_correct:
                     span_correct(words, nearness, first, count,
                                  s, ds, r, dr, g, dg, b_, db)

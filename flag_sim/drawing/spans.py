@@ -60,6 +60,13 @@ def span_correct(words, nearness, first, count, s, ds, r, dr, g, dg, b, db):
 
 
 @kernel
+def empty(nearness, first, count):
+    """Take away what covers pixels first .. first + count - 1: then any span is nearer."""
+    for j in range(count):
+        nearness[first + j] = -np.inf
+
+
+@kernel
 def pack(r, g, b):
     """Round colours to whole levels, hold them in 0..255 and put them in one word."""
     return _level(r) | (_level(g) << np.uint32(8)) | (_level(b) << np.uint32(16))

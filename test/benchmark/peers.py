@@ -135,7 +135,8 @@ class Llvmpipe:
 
     def draw(self, points, normals):
         count = points.size // 3
-        self._data[:count, :3], self._data[:count, 3:] = points.reshape(-1, 3),             normals.reshape(-1, 3)
+        self._data[:count, :3], self._data[:count, 3:] = \
+            points.reshape(-1, 3), normals.reshape(-1, 3)
         self._buffer.write(self._data[:count])
         self._frame.use()
         self._context.enable(self._context.DEPTH_TEST)
