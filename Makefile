@@ -16,6 +16,7 @@ help:
 	@echo 'make demo   film config/$(SHOT).yaml into out/demo (another shot: make demo SHOT=name)'
 	@echo 'make test   run all tests'
 	@echo 'make bench  measure frames per second, into out/bench.json'
+	@echo 'make bench-drawing  draw frames beside other programs, into out/bench-drawing.json'
 	@echo 'make clean  remove .venv, out and all that was built'
 
 # Nothing of a demo or a test leaves this machine.
@@ -30,8 +31,20 @@ test: $(READY)
 bench: $(READY)
 	@.venv/bin/python test/benchmark/pipeline.py
 
+# The peers have an environment of their own; one that cannot be installed is named by the table.
+PEERS = moderngl panda3d opencv-python-headless
+bench-drawing: .venv-peers/ready
+	@PYTHONPATH=. .venv-peers/bin/python test/benchmark/drawing.py
+
+.venv-peers/ready: setup.py Makefile
+	@$(PYTHON) -m venv --clear .venv-peers
+	@.venv-peers/bin/python -m pip install -qq --disable-pip-version-check -e .
+	@for peer in $(PEERS); do \
+	.venv-peers/bin/python -m pip install -qq --disable-pip-version-check $$peer || true; done
+	@touch '$@'
+
 clean:
-	rm -rf .venv out build install log *.egg-info .pytest_cache .hypothesis
+	rm -rf .venv .venv-peers out build install log *.egg-info .pytest_cache .hypothesis
 	find . -name __pycache__ -prune -exec rm -rf {} +
 
 $(READY): setup.py pyproject.toml
@@ -45,4 +58,4 @@ $(READY): setup.py pyproject.toml
 	|| { echo 'rclpy cannot be imported; a sourced ROS needs its own Python: make PYTHON=/usr/bin/python3' >&2; exit 1; }
 	@touch '$@'
 
-.PHONY: help demo test bench clean
+.PHONY: help demo test bench bench-drawing clean

@@ -92,6 +92,9 @@ setup(
             'pytest>=7.4,<10',
             'scipy>=1.11,<2',
             'hypothesis>=6.98,<7',
+            # Other programs that draw the same scene; wheels exist for these processors alone.
+            'embreex>=4.4,<5; platform_machine == "x86_64"',
+            'moderngl>=5.10,<6; platform_machine == "x86_64"',
             'catkin_pkg>=1,<2',
             'ros-kilted-ament-flake8>=0.19.2,<0.20',
             'ros-kilted-ament-pep257>=0.19.2,<0.20',

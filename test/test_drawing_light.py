@@ -16,11 +16,21 @@
 import math
 
 from flag_sim.drawing import Light, Material
-from flag_sim.drawing.light import shade
+from flag_sim.drawing.light import shade as shade_into
 
 import numpy as np
 
 import pytest
+
+FAR_ABOVE = (0.0, 0.0, 1.0, 0.0)
+
+
+def shade(normals, material, light, points=None, viewpoint=FAR_ABOVE):
+    """Return the colours of both sides: (2, n, 3)."""
+    points = np.zeros_like(normals) if points is None else points
+    colours = np.full((len(normals), 2, 3), np.nan)
+    shade_into(points, normals, np.array(viewpoint), material, light, colours)
+    return colours.swapaxes(0, 1)
 
 
 def test_direction():
@@ -66,11 +76,58 @@ def test_a_normal_that_is_none_gets_ambient_light(normal):
     np.testing.assert_allclose(colours, 50.0)
 
 
+@pytest.mark.parametrize('viewpoint', [(3.0, -2.0, 5.0, 1.0), (0.6, 0.0, 0.8, 0.0)])
+def test_blinns_reflection_on_both_sides(viewpoint):
+    rng = np.random.default_rng(2)
+    normals, points = rng.normal(size=(2, 500, 3))
+    light, viewpoint = Light(azimuth=0.4, elevation=0.6, intensity=0.7, ambient=0.0), \
+        np.array(viewpoint)
+    material = Material((0, 0, 0), specular=0.6, shininess=12.0)
+    n = normals / np.linalg.norm(normals, axis=1)[:, None]
+    eye = viewpoint[:3] - viewpoint[3] * points
+    eye /= np.linalg.norm(eye, axis=1)[:, None]
+    half = eye + light.direction
+    half /= np.linalg.norm(half, axis=1)[:, None]
+    expected = []
+    for normal in (n, -n):
+        is_lit = (normal @ light.direction > 0) & (np.sum(normal * eye, axis=1) > 0)
+        cosine = np.maximum(np.sum(normal * half, axis=1), 0.0)
+        expected.append(np.where(is_lit, 255 * 0.7 * 0.6 * cosine ** 12, 0.0))
+    colours = shade(normals, material, light, points, viewpoint)
+    assert np.max(expected) > 50
+    for channel in range(3):
+        np.testing.assert_allclose(colours[:, :, channel], expected, rtol=1e-9, atol=1e-9)
+
+
+def test_a_reflection_does_not_wrap():
+    colours = shade(np.array([[0.0, 0.0, 1.0]]), Material((100, 255, 0), specular=10.0),
+                    Light(elevation=math.pi / 2, intensity=10.0))
+    np.testing.assert_array_equal(colours[0, 0], [255, 255, 255])
+
+
+def test_the_sun_shines_through_to_the_other_side():
+    normals = np.array([[0.0, 0.0, 1.0], [0.0, 0.6, 0.8]])
+    light = Light(elevation=math.pi / 2, intensity=0.5, ambient=0.1)
+    lit, behind = shade(normals, Material((200, 100, 50), 0.8, transmission=0.3), light)
+    cosine = normals[:, 2:]
+    colour = np.array([[200, 100, 50]])
+    np.testing.assert_allclose(lit, colour * (0.1 + 0.5 * 0.8 * cosine), rtol=1e-12)
+    np.testing.assert_allclose(behind, colour * (0.1 + 0.5 * 0.3 * cosine), rtol=1e-12)
+
+
+def test_a_sun_below_the_ground_neither_mirrors_nor_shines_through():
+    light = Light(elevation=-0.2, intensity=5.0, ambient=0.5)
+    material = Material((100, 100, 100), specular=1.0, transmission=1.0)
+    np.testing.assert_allclose(shade(np.eye(3), material, light), 50.0)
+
+
 @pytest.mark.parametrize('kind, name, value', [
     (Light, 'azimuth', math.nan), (Light, 'elevation', math.inf), (Light, 'intensity', -1.0),
     (Light, 'ambient', -0.1), (Light, 'ambient', math.inf), (Material, 'color', (1, 2)),
     (Material, 'color', (0, 0, 256)), (Material, 'color', (-1, 0, 0)),
-    (Material, 'color', (math.nan, 0, 0)), (Material, 'diffuse', -1.0)])
+    (Material, 'color', (math.nan, 0, 0)), (Material, 'diffuse', -1.0),
+    (Material, 'specular', -0.1), (Material, 'shininess', math.inf),
+    (Material, 'transmission', math.nan)])
 def test_impossible_values_are_refused_by_name(kind, name, value):
     with pytest.raises(ValueError, match=name):
         kind(**{name: value})

@@ -23,15 +23,10 @@ import numpy as np
 
 import pytest
 
+from support.flags import wave
+
 NOTHING = Scene(pole_visible=False, platform_visible=False)
 WHITE = Materials(flag=Material((255, 255, 255)))
-
-
-def wave(rows=21, columns=31, phase=0.0):
-    """Make a flag on its pole, with waves."""
-    s, z = np.meshgrid(np.linspace(0.0, 2.25, columns), np.linspace(8.9, 7.4, rows))
-    y = 0.3 * s + 0.15 * s * np.sin(5.0 * s + z - phase)
-    return np.stack([0.05 + s, y, z - 0.1 * s], axis=-1)
 
 
 def cast_rays(camera, flag, scene):

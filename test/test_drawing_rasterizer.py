@@ -14,8 +14,9 @@
 
 """Coverage against exact whole-number arithmetic, values against formulas."""
 from flag_sim.drawing.clipping import GUARD
-from flag_sim.drawing.rasterizer import fill, project
-from flag_sim.drawing.spans import unpack
+from flag_sim.drawing.projection import project
+from flag_sim.drawing.rasterizer import fill
+from flag_sim.drawing.tiles import no_marks
 
 import numpy as np
 
@@ -26,21 +27,21 @@ PLACES = 256
 
 
 def draw(corners, nearness=1.0, colours=255.0, is_correct=False, bands=1,
-         width=WIDTH, height=HEIGHT):
+         is_painted=False, shift=(0.0, 0.0), width=WIDTH, height=HEIGHT):
     """Draw triangles of corners (m, 3, 2) [pixel]; return nearness and words, (height, width)."""
     corners = np.asarray(corners, dtype=np.float64)
     count = len(corners)
     screen = np.empty((3 * count, 3))
     screen[:, :2] = corners.reshape(-1, 2)
     screen[:, 2] = np.ravel(np.broadcast_to(nearness, (count, 3)))
-    matter = np.empty((2, 3 * count, 3))
-    matter[:] = np.broadcast_to(colours, (count, 3, 3)).reshape(-1, 3)
+    matter = np.empty((3 * count, 2, 3))
+    matter[:] = np.broadcast_to(colours, (count, 3, 3)).reshape(-1, 1, 3)
     triangles = np.arange(3 * count, dtype=np.int32).reshape(-1, 3)
     depth, words = np.zeros(height * width, np.float32), np.zeros(height * width, np.uint32)
     for band in range(bands):
-        fill(triangles, np.zeros_like(screen), screen, np.zeros(3 * count, np.uint8), matter,
-             False, True, 0.0, 0.0, 0.1, True, is_correct, band, bands, width, height, depth,
-             words)
+        fill(triangles, np.arange(count), count, np.zeros_like(screen), screen,
+             np.zeros(3 * count, np.uint8), matter, False, 0.0, 0.0, 0.1, True, is_correct,
+             is_painted, False, *shift, no_marks(), band, bands, width, height, depth, words)
     return depth.reshape(height, width), words.reshape(height, width)
 
 
@@ -108,6 +109,16 @@ def test_coverage_is_exact(kind):
     assert some
 
 
+@pytest.mark.parametrize('shift', [(-0.375, 0.125), (0.46875, -0.46875)])
+def test_coverage_of_a_sample_is_exact(shift):
+    # A sample at a pixel's centre + shift sees what the centre sees of shifted triangles.
+    rng = np.random.default_rng(2022)
+    for triangle in some_triangles('random', 500, rng):
+        depth, _ = draw([triangle / PLACES], shift=shift)
+        moved = triangle - np.array(shift) * PLACES
+        np.testing.assert_array_equal(depth > 0, covered(moved.astype(int)))
+
+
 @pytest.mark.parametrize('scale', [1, PLACES])
 def test_a_shared_edge_mesh_has_no_gaps_and_no_doubles(scale):
     rng = np.random.default_rng(7)
@@ -171,6 +182,16 @@ def test_the_nearer_wins_in_any_order():
     np.testing.assert_array_equal(first, second)
 
 
+def test_a_painter_covers_what_is_nearer():
+    corners = [[(0, 0), (50, 0), (0, 40)], [(5, 5), (60, 8), (2, 42)]]
+    colours = [[[250] * 3] * 3, [[20] * 3] * 3]
+    depth, words = draw(corners, [[0.9] * 3, [0.2] * 3], colours, is_painted=True)
+    second = draw(corners[1:])[0] > 0
+    assert (words[second] == 20 | 20 << 8 | 20 << 16).all()
+    np.testing.assert_allclose(depth[second], 0.2, rtol=1e-6)
+    assert (words[(depth > 0) & ~second] == 250 | 250 << 8 | 250 << 16).all()
+
+
 def test_row_bands_make_the_same_picture():
     rng = np.random.default_rng(5)
     corners = some_triangles('random', 300, rng) / PLACES
@@ -207,17 +228,10 @@ def test_hostile_vertices_write_nothing_outside():
         # The image lies between margins that must stay as they are.
         depth = np.full(size + 2 * margin, np.float32(-1e30))
         words = np.full(size + 2 * margin, 77, np.uint32)
-        fill(triangles, view, screen, where, np.full((2, 12000, 3), 128.0), False, True,
-             30.0, 21.0, 0.05, is_perspective, True, 0, 1, WIDTH, HEIGHT,
-             depth[margin:margin + size], words[margin:margin + size])
+        fill(triangles, np.arange(4000), 4000, view, screen, where, np.full((12000, 2, 3), 128.0),
+             False, 30.0, 21.0, 0.05, is_perspective, True, False, False, 0.0, 0.0, no_marks(),
+             0, 1, WIDTH, HEIGHT, depth[margin:margin + size], words[margin:margin + size])
         for buffer, clear in ((depth, np.float32(-1e30)), (words, 77)):
             assert (buffer[:margin] == clear).all() and (buffer[-margin:] == clear).all()
         assert np.isfinite(depth).all()
         assert set(np.unique(words)) == {77, 128 | 128 << 8 | 128 << 16}
-
-
-def test_unpack():
-    words = np.array([0x030201, 0x060504, 0x090807, 0x0c0b0a], np.uint32)
-    out = np.zeros(3, np.uint32)
-    unpack(words, out, 2, 0, 2, 0, 2)
-    np.testing.assert_array_equal(out.view(np.uint8), np.arange(1, 13))

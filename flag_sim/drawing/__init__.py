@@ -22,7 +22,8 @@ In a few lines, with vertices (rows, columns, 3) [m] from anywhere:
 """
 from flag_sim.drawing.camera import Camera
 from flag_sim.drawing.light import Light, Material
-from flag_sim.drawing.picture import Materials, Picture, Style
+from flag_sim.drawing.picture import Picture
 from flag_sim.drawing.scene import Scene
+from flag_sim.drawing.style import Materials, Style
 
 __all__ = ['Camera', 'Light', 'Material', 'Materials', 'Picture', 'Scene', 'Style']

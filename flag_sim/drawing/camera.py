@@ -84,6 +84,17 @@ class Camera:
         return np.array(self.target) - self.distance * self._axes[2]
 
     @functools.cached_property
+    def viewpoint(self):
+        """
+        Give the eye as a homogeneous point (4,): the way from p to it is [:3] - [3] p.
+
+        In orthographic projection it is infinitely far against the optical axis.
+        """
+        if self.is_perspective:
+            return np.append(self.position, 1.0)
+        return np.append(-self._axes[2], 0.0)
+
+    @functools.cached_property
     def pose(self):
         """World to optical frame: (4, 4)."""
         matrix = np.eye(4)

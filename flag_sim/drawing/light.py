@@ -12,15 +12,13 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Light and matter: Lambert's law at vertices, for Gouraud's shading (1.12 to 1.14)."""
+"""Light and matter: intensities at vertices, for Gouraud's shading (1.12 to 1.14)."""
 import dataclasses
 import functools
 import math
 
 from flag_sim.drawing import checks
 from flag_sim.kernels import kernel
-
-import numpy as np
 
 
 @dataclasses.dataclass(frozen=True)
@@ -67,36 +65,47 @@ class Material:
     What a surface returns of the light.
 
     color: (3,) red, green, blue, each 0 to 255; diffuse: Lambert's coefficient, 0 switches the
-    sun off. Raises ValueError for colours out of range and for a negative or infinite diffuse.
+    sun off; specular: of the sun's reflection, which is white, and shininess: the exponent that
+    makes it small (Blinn, 1977); transmission: what a thin cloth lets through of the light on
+    its other side, in its own colour. A coefficient of 0 switches its term off.
+    Raises ValueError for colours out of range and for a negative or infinite coefficient.
     """
 
     color: tuple = (255.0, 255.0, 255.0)
     diffuse: float = 1.0
+    specular: float = 0.0
+    shininess: float = 30.0
+    transmission: float = 0.0
 
     def __post_init__(self):
         """Refuse what no surface can be; keep plain numbers."""
         object.__setattr__(self, 'color', checks.color('color', self.color))
-        object.__setattr__(self, 'diffuse', checks.not_negative('diffuse', self.diffuse))
+        for name in ('diffuse', 'specular', 'shininess', 'transmission'):
+            object.__setattr__(self, name, checks.not_negative(name, getattr(self, name)))
 
 
-def shade(normals, material, light):
+def shade(points, normals, viewpoint, material, light, colours):
     """
-    Light both sides of a surface whose normals are `normals` (n, 3), of any length.
+    Light both sides of a surface with normals (n, 3), of any length, at points (n, 3) [m].
 
-    Returns colours (2, n, 3), 0 to 255: [0] of the side that the normal points from, [1] of the
-    other side, whose normal is the opposite one. Which side the eye meets is the triangle's
-    matter, so a side that turns its back to the sun stays dark (|n . l| of 1.14 would light it).
-    A normal that is zero or not finite gets the ambient light alone.
+    viewpoint: (4,) of Camera. Writes colours (n, 2, 3), 0 to 255: [:, 0] of the side that the
+    normal points from, [:, 1] of the other side, whose normal is the opposite one. Which side
+    the eye meets is the triangle's matter, so a side that turns its back to the sun gets only
+    what shines through (|n . l| of 1.14 would light it). Brighter than 255 is 255, channel by
+    channel. A normal that is zero or not finite gets the ambient light alone; points are only
+    read where the material is specular.
     """
-    colours = np.empty((2, len(normals), 3))
-    sunlight = light.intensity * material.diffuse if light.is_up else 0.0
-    _lambert(normals, *light.direction, *material.color, light.ambient, sunlight, colours)
-    return colours
+    sun = light.intensity if light.is_up else 0.0
+    _diffuse(normals, *light.direction, *material.color, light.ambient, sun * material.diffuse,
+             sun * material.transmission, colours)
+    if sun * material.specular > 0.0:
+        _add_specular(points, normals, viewpoint, *light.direction, sun * material.specular,
+                      material.shininess, colours)
 
 
 @kernel
-def _lambert(normals, lx, ly, lz, red, green, blue, ambient, sunlight, colours):
-    """Colour = matter (ambient + sunlight max(0, +-n . l)), held in 0..255."""
+def _diffuse(normals, lx, ly, lz, red, green, blue, ambient, sunlight, transmitted, colours):
+    """Colour = matter (ambient + sunlight max(0, +-n . l) + transmitted max(0, -+n . l))."""
     for i in range(normals.shape[0]):
         nx, ny, nz = normals[i, 0], normals[i, 1], normals[i, 2]
         length = math.sqrt(nx * nx + ny * ny + nz * nz)
@@ -105,7 +114,30 @@ def _lambert(normals, lx, ly, lz, red, green, blue, ambient, sunlight, colours):
             cosine = (nx * lx + ny * ly + nz * lz) / length
         for side in range(2):
             facing = cosine if side == 0 else -cosine
-            level = ambient + sunlight * max(facing, 0.0)
-            colours[side, i, 0] = min(red * level, 255.0)
-            colours[side, i, 1] = min(green * level, 255.0)
-            colours[side, i, 2] = min(blue * level, 255.0)
+            level = ambient + sunlight * max(facing, 0.0) + transmitted * max(-facing, 0.0)
+            colours[i, side, 0] = min(red * level, 255.0)
+            colours[i, side, 1] = min(green * level, 255.0)
+            colours[i, side, 2] = min(blue * level, 255.0)
+
+
+@kernel
+def _add_specular(points, normals, viewpoint, lx, ly, lz, sunlight, shininess, colours):
+    """Add 255 sunlight (n . h)^shininess, h halfway between sun and eye, on the sunny side."""
+    for i in range(normals.shape[0]):
+        nx, ny, nz = normals[i, 0], normals[i, 1], normals[i, 2]
+        ex = viewpoint[0] - viewpoint[3] * points[i, 0]
+        ey = viewpoint[1] - viewpoint[3] * points[i, 1]
+        ez = viewpoint[2] - viewpoint[3] * points[i, 2]
+        to_eye = math.sqrt(ex * ex + ey * ey + ez * ez)
+        hx, hy, hz = lx * to_eye + ex, ly * to_eye + ey, lz * to_eye + ez
+        lengths = math.sqrt((nx * nx + ny * ny + nz * nz) * (hx * hx + hy * hy + hz * hz))
+        if not 0.0 < lengths < math.inf:
+            continue
+        toward_sun = nx * lx + ny * ly + nz * lz
+        side = 0 if toward_sun > 0.0 else 1
+        cosine = abs(nx * hx + ny * hy + nz * hz) / lengths
+        # The eye must be on the same side as the sun.
+        if toward_sun * (nx * ex + ny * ey + nz * ez) > 0.0:
+            shine = 255.0 * sunlight * min(cosine, 1.0) ** shininess
+            for channel in range(3):
+                colours[i, side, channel] = min(colours[i, side, channel] + shine, 255.0)

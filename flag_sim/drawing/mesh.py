@@ -26,14 +26,12 @@ class Mesh:
     A surface of triangles.
 
     vertices: (n, 3) float64 [m]; triangles: (m, 3) int32, counterclockwise seen from the front;
-    normals: (n, 3) float64 at the vertices, out of the front, of any length; two_sided: the back
-    is seen too (cloth); otherwise triangles that show their back are not drawn (closed bodies).
+    normals: (n, 3) float64 at the vertices, out of the front, of any length.
     """
 
     vertices: np.ndarray
     triangles: np.ndarray
     normals: np.ndarray
-    two_sided: bool = False
 
 
 def grid_triangles(rows, columns):

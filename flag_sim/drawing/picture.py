@@ -13,71 +13,39 @@
 # limitations under the License.
 
 """A frame from end to end: flag, pole and platform in, pixels out."""
-import dataclasses
-
-from flag_sim.drawing import checks, rasterizer
+from flag_sim.drawing import checks, rasterizer, tiles
+from flag_sim.drawing.assembly import Assembly
 from flag_sim.drawing.camera import Camera
-from flag_sim.drawing.light import Light, Material, shade
-from flag_sim.drawing.mesh import face_normals, grid_triangles, Mesh, vertex_normals
-from flag_sim.drawing.scene import platform_mesh, pole_mesh, Scene
-from flag_sim.drawing.spans import unpack
+from flag_sim.drawing.canvas import Canvas, SampleBuffers
+from flag_sim.drawing.crew import Crew
+from flag_sim.drawing.light import Light, shade
+from flag_sim.drawing.mesh import face_normals
+from flag_sim.drawing.painter import far_to_near
+from flag_sim.drawing.projection import bounds, project
+from flag_sim.drawing.scene import Scene
+from flag_sim.drawing.style import Materials, Style
 
 import numpy as np
-
-SHADINGS = ('gouraud', 'flat')
-INTERPOLATIONS = ('screen', 'perspective')
-
-
-@dataclasses.dataclass(frozen=True)
-class Materials:
-    """What the three things of the scene are made of."""
-
-    flag: Material = Material((205.0, 35.0, 40.0))
-    pole: Material = Material((200.0, 200.0, 205.0))
-    platform: Material = Material((150.0, 145.0, 135.0))
-
-
-@dataclasses.dataclass(frozen=True)
-class Style:
-    """
-    How the picture is made.
-
-    background: (3,) colour where nothing is, 0 to 255; shading: 'gouraud' interpolates the
-    vertices' colours, 'flat' gives each triangle one; interpolation: of colours, 'screen' is
-    linear from pixel to pixel as in 1.14, 'perspective' linear in space.
-    Raises ValueError for a colour out of range or another word.
-    """
-
-    background: tuple = (180.0, 240.0, 240.0)
-    shading: str = 'gouraud'
-    interpolation: str = 'screen'
-
-    def __post_init__(self):
-        """Refuse unknown words and colours; keep plain numbers."""
-        object.__setattr__(self, 'background', checks.color('background', self.background))
-        checks.one_of('shading', self.shading, SHADINGS)
-        checks.one_of('interpolation', self.interpolation, INTERPOLATIONS)
 
 
 class Picture:
     """
     Draws frames into buffers of its own, which it keeps from frame to frame.
 
-    Only the rectangles that this frame or the last one drew into are emptied and turned into
-    bytes: elsewhere the background is there already.
+    threads: how many share a frame, 0 chooses by measuring the first frames; the pixels are the
+    same for any number. Only the rectangles that this frame or the last one drew into are
+    emptied and turned into bytes: elsewhere the background is there already.
 
     >>> picture = Picture()
     >>> rgb = picture.draw(vertices)            # (rows, columns, 3) [m]
     >>> depth = picture.depth()                 # of the same frame, if it is wanted
     """
 
-    def __init__(self):
+    def __init__(self, threads=1):
         """Begin without buffers: the first frame's camera says how large they are."""
-        self._camera = None
-        self._cleared_to = None
+        self._crew = Crew(threads)
+        self._camera = self._canvas = self._samples = self._assembly = None
         self._drawn = {}
-        self._grid = None
-        self._grid_triangles = None
 
     def draw(self, flag_vertices, flag_normals=None, camera=Camera(), light=Light(),
              materials=Materials(), scene=Scene(), style=Style()):
@@ -90,103 +58,128 @@ class Picture:
         the picture's own, so it is read-only, and the next frame overwrites it. Raises ValueError
         for other shapes.
         """
-        segments = scene.segments(camera)
-        things = {'flag': (self._flag(flag_vertices, flag_normals), materials.flag)}
-        if scene.pole_visible:
-            things['pole'] = pole_mesh(scene, segments), materials.pole
-        if scene.platform_visible:
-            things['platform'] = platform_mesh(scene, segments), materials.platform
-
-        emptied = self._clear(camera, style)
-        self._drawn = {name: self._draw_mesh(mesh, material, light, style)
-                       for name, (mesh, material) in things.items()}
-        for name in {**emptied, **self._drawn}:
-            rectangle = _union(emptied.get(name), self._drawn.get(name))
-            unpack(self._words, self._bytes, camera.width, *rectangle)
-        return self._rgb
+        with self._crew:
+            self._assemble(flag_vertices, flag_normals, camera, scene)
+            emptied = self._empty(camera, style)
+            view, screen, where = self._project(style)
+            colours = self._shade(materials, light, style)
+            self._paint(view, screen, where, colours, style, emptied)
+            rectangles = [_union(emptied.get(name), self._drawn.get(name))
+                          for name in {**emptied, **self._drawn}]
+            self._crew.share(lambda *band: self._canvas.to_bytes(rectangles, *band))
+        return self._canvas.rgb
 
     def depth(self):
         """
         Give the last frame's depth along the optical axis: (height, width) float32 [m].
 
-        It is +inf where nothing is. Raises ValueError before the first frame.
+        It is that of the pixels' centres, and +inf where nothing is. Raises ValueError before
+        the first frame.
         """
         checks.require(self._camera, 'depth', 'asked for after a frame is drawn', None)
         if not self._camera.is_perspective:
-            return -self._nearness_image
+            return -self._canvas.nearness_image
         with np.errstate(divide='ignore'):
-            return np.float32(1.0) / self._nearness_image
+            return np.float32(1.0) / self._canvas.nearness_image
 
-    def _flag(self, vertices, normals):
-        """Make the flag's mesh from its grid."""
+    def _assemble(self, vertices, normals, camera, scene):
+        """Join flag and scene; what stands still is joined once."""
         vertices = np.asarray(vertices)
         checks.require(vertices.ndim == 3 and vertices.shape[2] == 3, 'flag_vertices',
                        'of shape (rows, columns, 3)', vertices.shape)
-        if self._grid != vertices.shape:
-            self._grid_triangles = grid_triangles(*vertices.shape[:2])
-            self._grid = vertices.shape
-        points = np.ascontiguousarray(vertices.reshape(-1, 3), dtype=np.float64)
-        if normals is None:
-            normals = vertex_normals(points, self._grid_triangles)
-        else:
-            normals = np.asarray(normals)
-            checks.require(normals.shape == vertices.shape, 'flag_normals',
-                           f'of the shape of flag_vertices {vertices.shape}', normals.shape)
-            normals = np.ascontiguousarray(normals.reshape(-1, 3), dtype=np.float64)
-        return Mesh(points, self._grid_triangles, normals, two_sided=True)
+        kind = vertices.shape[:2], scene, scene.segments(camera)
+        if self._assembly is None or self._assembly.kind != kind:
+            self._assembly = Assembly(*vertices.shape[:2], *kind[1:])
+        self._assembly.set_flag(vertices, normals)
 
-    def _clear(self, camera, style):
+    def _empty(self, camera, style):
         """
-        Empty the buffers, made anew where the camera wants another size, and take its matrix.
+        Take a canvas, made anew where the camera or the background is another.
 
-        Returns the rectangles that were emptied, by name: what the frame before drew, or all.
+        Returns the rectangles to empty, by name: what the frame before drew, or all.
         """
-        self._matrix = np.diag([camera.focal, camera.focal, 1.0, 1.0]) @ camera.pose
-        red, green, blue = (int(channel + 0.5) for channel in style.background)
-        word = red | green << 8 | blue << 16
         farthest = 0.0 if camera.is_perspective else -np.inf
-        cleared_to = camera.width, camera.height, word, farthest
-        if cleared_to == self._cleared_to:
-            emptied = self._drawn
-        else:
-            self._cleared_to = cleared_to
-            self._allocate(camera.width, camera.height)
-            emptied = {'all': (0, camera.height, 0, camera.width)}
+        kind = camera.width, camera.height, style.word, farthest
         self._camera = camera
-        for top, bottom, left, right in emptied.values():
-            self._words_image[top:bottom, left:right] = word
-            self._nearness_image[top:bottom, left:right] = farthest
-        return emptied
+        if self._canvas is not None and self._canvas.kind == kind:
+            return self._drawn
+        self._canvas = Canvas(*kind)
+        return {'all': (0, camera.height, 0, camera.width)}
 
-    def _allocate(self, width, height):
-        """Make buffers, flat for the kernels, and the views of them that are images."""
-        pixels = width * height
-        # Colours are turned into bytes four at a time.
-        padded = -(-pixels // 4) * 4
-        self._nearness = np.empty(padded, np.float32)
-        self._words = np.zeros(padded, np.uint32)
-        self._bytes = np.empty(padded // 4 * 3, np.uint32)
-        self._nearness_image = self._nearness[:pixels].reshape(height, width)
-        self._words_image = self._words[:pixels].reshape(height, width)
-        self._rgb = self._bytes.view(np.uint8)[:3 * pixels].reshape(height, width, 3)
-        self._rgb.flags.writeable = False
+    def _project(self, style):
+        """Take the vertices to the screen; keep the rectangle that each thing can cover."""
+        points, camera = self._assembly.points, self._camera
+        view, screen = np.empty(points.shape), np.empty(points.shape)
+        where = np.empty(len(points), np.uint8)
+        matrix = np.diag([camera.focal, camera.focal, 1.0, 1.0]) @ camera.pose
+        project(points, matrix, *camera.centre, camera.near, camera.is_perspective,
+                view, screen, where)
+        # Lines lie in whole pixels, and samples beside the pixels' centres.
+        margin = 1 if style.outline or style.samples > 1 else 0
+        self._drawn = {
+            name: bounds(screen[vertices], where[vertices], camera.width, camera.height, margin)
+            for name, (vertices, _) in self._assembly.parts.items()}
+        return view, screen, where
 
-    def _draw_mesh(self, mesh, material, light, style):
-        """Take a mesh from the world to the buffers; return the rectangle that it can cover."""
-        camera = self._camera
+    def _shade(self, materials, light, style):
+        """Give the colours of both sides of all vertices, or of all triangles if flat."""
+        points, normals = self._assembly.points, self._assembly.normals
         is_flat = style.shading == 'flat'
-        normals = face_normals(mesh.vertices, mesh.triangles) if is_flat else mesh.normals
-        colours = shade(normals, material, light)
-        view, screen = np.empty(mesh.vertices.shape), np.empty(mesh.vertices.shape)
-        where = np.empty(len(mesh.vertices), np.uint8)
-        rasterizer.project(mesh.vertices, self._matrix, *camera.centre, camera.near,
-                           camera.is_perspective, view, screen, where)
+        if is_flat:
+            triangles = self._assembly.triangles
+            normals = face_normals(points, triangles)
+            points = points[triangles].mean(axis=1)
+        colours = np.empty((len(points), 2, 3))
+        for name, slices in self._assembly.parts.items():
+            part = slices[is_flat]
+            shade(points[part], normals[part], self._camera.viewpoint, getattr(materials, name),
+                  light, colours[part])
+        return colours
+
+    def _paint(self, view, screen, where, colours, style, emptied):
+        """Fill the canvas, then draw the samples of its edges."""
+        assembly, camera, canvas = self._assembly, self._camera, self._canvas
+        is_painted = style.hidden_surface == 'painter'
+        order = far_to_near(assembly.triangles, view) if is_painted else assembly.order
         # In orthographic projection what is linear in space is linear on the screen.
         is_correct = style.interpolation == 'perspective' and camera.is_perspective
-        rasterizer.fill(mesh.triangles, view, screen, where, colours, is_flat, mesh.two_sided,
-                        *camera.centre, camera.near, camera.is_perspective, is_correct,
-                        0, 1, camera.width, camera.height, self._nearness, self._words)
-        return rasterizer.bounds(screen, where, camera.width, camera.height)
+
+        def fill(order, shift, marks, band, bands, nearness, words):
+            rasterizer.fill(
+                assembly.triangles, order, assembly.closed, view, screen, where, colours,
+                style.shading == 'flat', *camera.centre, camera.near, camera.is_perspective,
+                is_correct, is_painted, style.outline, *shift, marks, band, bands,
+                camera.width, camera.height, nearness, words)
+
+        def draw_centres(band, bands):
+            canvas.clear(emptied.values(), band, bands)
+            fill(order, (0.0, 0.0), tiles.no_marks(), band, bands, canvas.nearness, canvas.words)
+
+        self._crew.share(draw_centres)
+        if style.samples == 1:
+            return
+        if self._samples is None or self._samples.size != (camera.width, camera.height):
+            self._samples = SampleBuffers(camera.width, camera.height)
+        samples = self._samples
+        pattern = tiles.PATTERNS[style.samples]
+
+        def draw_samples(band, bands):
+            where_to = samples.marks, camera.width, camera.height, band, bands
+            touching = np.empty_like(order)
+            count = tiles.touching(assembly.triangles, order, screen, where, *where_to, touching)
+            buffers = (canvas.kind[2], np.float32(canvas.kind[3]), samples.words,
+                       samples.nearness, samples.sums)
+            tiles.clear_marked(*where_to, *buffers)
+            for shift in pattern:
+                fill(touching[:count], tuple(shift), samples.marks, band, bands,
+                     samples.nearness, samples.words)
+                tiles.add_sample(*where_to, *buffers)
+            tiles.resolve(*where_to, style.samples, samples.sums, canvas.words)
+
+        self._crew.share(lambda *bands: tiles.mark_edges(
+            canvas.words, camera.width, camera.height, *bands,
+            np.empty(camera.width + tiles.TILE, np.uint32), samples.marks))
+        self._crew.share(draw_samples)
 
 
 def _union(one, other):

@@ -13,22 +13,25 @@
 # limitations under the License.
 
 """
-The rasterizer: vertices to the screen, triangles to pixels.
+The rasterizer: triangles to pixels.
 
 A pixel belongs to a triangle if its centre does; a centre on an edge belongs to the triangle on
 one side alone (the top-left rule), so triangles that share an edge leave neither gaps nor doubles.
 Hidden surfaces are removed by a Z-buffer of float32 "nearness", where greater is nearer, of a
 measure that is affine on the screen: 1 / z in perspective, cleared to 0, and -z in orthographic
-projection, cleared to -inf. Both are exact for planes.
+projection, cleared to -inf. Both are exact for planes. In painter's algorithm later triangles
+cover earlier ones instead.
 """
-from flag_sim.drawing.clipping import clip, INSIDE, MOST_CORNERS, NOWHERE, OUTSIDE, whereabouts
-from flag_sim.drawing.spans import span_correct, span_linear
+from flag_sim.drawing.bands import BAND, next_row
+from flag_sim.drawing.clipping import clip, INSIDE, MOST_CORNERS, NOWHERE
+from flag_sim.drawing.outline import draw_outline
+from flag_sim.drawing.projection import to_screen
+from flag_sim.drawing.spans import empty, span_correct, span_linear
+from flag_sim.drawing.tiles import TILE
 from flag_sim.kernels import kernel
 
 import numpy as np
 
-# Vertices are snapped to this many places a pixel, which makes the edges' arithmetic exact.
-PLACES = 256.0
 # An edge meets a row of pixel centres at a multiple of 1 / (256 dv) pixels, dv its height in
 # places, below 2^23: so it misses a pixel centre by at least 2^-31 or not at all, and float64
 # knows where it is to better than 2^-36. Rounding up after taking off 2^-33 is therefore exact.
@@ -36,97 +39,83 @@ SLACK = 2.0 ** -33
 
 
 @kernel
-def project(vertices, matrix, cu, cv, near, is_perspective, view, screen, where):
+def fill(triangles, order, closed, view, screen, where, colours, is_flat,
+         cu, cv, near, is_perspective, is_correct, is_painted, is_outlined,
+         shift_u, shift_v, marks, band, bands, width, height, nearness, words):
     """
-    Take vertices (n, 3) [m] to the screen.
+    Draw the triangles (m, 3) that `order` (k,) numbers into some rows of the image.
 
-    matrix: (4, 4) world to the optical frame, x and y scaled to pixels at depth 1; cu, cv: the
-    principal point [pixel]. Writes view (n, 3): X, Y, z of that frame; screen (n, 3): u, v
-    [pixel], snapped, and nearness, for vertices that are INSIDE; where (n,): see clipping.
-    """
-    for i in range(vertices.shape[0]):
-        px, py, pz = vertices[i, 0], vertices[i, 1], vertices[i, 2]
-        x = matrix[0, 0] * px + matrix[0, 1] * py + matrix[0, 2] * pz + matrix[0, 3]
-        y = matrix[1, 0] * px + matrix[1, 1] * py + matrix[1, 2] * pz + matrix[1, 3]
-        z = matrix[2, 0] * px + matrix[2, 1] * py + matrix[2, 2] * pz + matrix[2, 3]
-        view[i, 0], view[i, 1], view[i, 2] = x, y, z
-        where[i] = whereabouts(x, y, z, near, is_perspective)
-        if where[i] == INSIDE:
-            screen[i, 0], screen[i, 1], screen[i, 2] = _to_screen(x, y, z, cu, cv, is_perspective)
-
-
-@kernel
-def bounds(screen, where, width, height):
-    """
-    Bound the pixels that a mesh can cover: rows top .. bottom - 1, columns left .. right - 1.
-
-    A mesh with a vertex OUTSIDE can cover all of the image; one that is not seen gets no rows.
-    """
-    left, right, top, bottom = float(width), -1.0, float(height), -1.0
-    for i in range(screen.shape[0]):
-        if where[i] == OUTSIDE:
-            return 0, height, 0, width
-        if where[i] == INSIDE:
-            left, right = min(left, screen[i, 0]), max(right, screen[i, 0])
-            top, bottom = min(top, screen[i, 1]), max(bottom, screen[i, 1])
-    left, right = max(np.ceil(left), 0.0), min(np.floor(right) + 1.0, float(width))
-    top, bottom = max(np.ceil(top), 0.0), min(np.floor(bottom) + 1.0, float(height))
-    if left >= right or top >= bottom:
-        return 0, 0, 0, 0
-    return int(top), int(bottom), int(left), int(right)
-
-
-@kernel
-def fill(triangles, view, screen, where, colours, is_flat, two_sided,
-         cu, cv, near, is_perspective, is_correct,
-         row_first, row_step, width, height, nearness, words):
-    """
-    Draw triangles (m, 3) into rows row_first, row_first + row_step, ... of the image.
-
-    view, screen, where: from project; colours: (2, n, 3) of both sides, 0..255, at vertices, or
-    (2, m, 3) of triangles if is_flat; without two_sided the backs are not drawn; is_correct:
-    interpolate colours perspective-correctly, else linearly on the screen; nearness, words:
-    (height width,) at least, float32 and uint32. Triangles with a vertex NOWHERE are not drawn.
+    closed: from this triangle on backs are not drawn; view, screen, where: from project;
+    colours: (n, 2, 3) of both sides, 0..255, at vertices, or (m, 2, 3) of triangles if is_flat;
+    is_correct: interpolate colours perspective-correctly, else linearly on the screen;
+    is_painted: cover what was drawn before, near or far; is_outlined: draw the edges too;
+    shift_u, shift_v: where in the pixel its sample lies, from the centre [pixel], in whole
+    places; marks: tiles to draw into (see tiles), all if it has none; band, bands: see bands;
+    nearness, words: (height width,) at least, float32 and uint32.
+    Triangles with a vertex NOWHERE are not drawn.
     """
     shape = np.empty((2, MOST_CORNERS + 1, 6))
-    for t in range(triangles.shape[0]):
-        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+    planes = np.empty((3, 4))
+    for t in order:
+        # Unsigned, so that no index is checked for being counted from the end.
+        a, b = np.uint64(triangles[t, 0]), np.uint64(triangles[t, 1])
+        c = np.uint64(triangles[t, 2])
         state = where[a] | where[b] | where[c]
         if state >= NOWHERE:
             continue
         if state == INSIDE:
+            # Most triangles of a fine mesh lie in other threads' bands, or between rows.
+            top = min(screen[a, 1], screen[b, 1], screen[c, 1]) - shift_v
+            bottom = max(screen[a, 1], screen[b, 1], screen[c, 1]) - shift_v
+            row = next_row(max(int(np.ceil(top)), 0), band, bands)
+            if row >= min(bottom, float(height)) and not is_outlined:
+                continue
             side = _side(screen[a, 0], screen[a, 1], screen[b, 0], screen[b, 1],
                          screen[c, 0], screen[c, 1])
         else:
             side = _side_of_view(view, a, b, c, is_perspective)
-        if side < 0 or (side == 1 and not two_sided):
+        if side < 0 or (side == 1 and t >= closed):
             continue
         for k in range(3):
-            vertex = triangles[t, k]
-            matter = t if is_flat else vertex
+            vertex = np.uint64(triangles[t, k])
+            matter = np.uint64(t) if is_flat else vertex
             for axis in range(3):
-                shape[0, k, axis] = view[vertex, axis]
                 shape[1, k, axis] = screen[vertex, axis]
-                shape[0, k, 3 + axis] = shape[1, k, 3 + axis] = colours[side, matter, axis]
+                shape[1, k, 3 + axis] = colours[matter, side, axis]
         count = 3
         if state != INSIDE:
+            for k in range(3):
+                for axis in range(3):
+                    shape[0, k, axis] = view[triangles[t, k], axis]
+                    shape[0, k, 3 + axis] = shape[1, k, 3 + axis]
             count = clip(shape, near, is_perspective)
             for k in range(count):
-                shape[1, k, 0], shape[1, k, 1], shape[1, k, 2] = _to_screen(
+                shape[1, k, 0], shape[1, k, 1], shape[1, k, 2] = to_screen(
                     shape[1, k, 0], shape[1, k, 1], shape[1, k, 2], cu, cv, is_perspective)
-        if is_correct:
-            for k in range(count):
+        for k in range(count):
+            # Perspective-correct colours are interpolated multiplied by nearness.
+            shape[1, k, 0] -= shift_u
+            shape[1, k, 1] -= shift_v
+            if is_correct:
                 for axis in range(3, 6):
                     shape[1, k, axis] *= shape[1, k, 2]
         for k in range(2, count):
-            fill_triangle(shape, 0, k - 1, k, is_correct,
-                          row_first, row_step, width, height, nearness, words)
+            fill_triangle(shape, np.uint64(0), np.uint64(k - 1), np.uint64(k), planes,
+                          is_correct, is_painted, marks,
+                          band, bands, width, height, nearness, words)
+        if is_outlined:
+            draw_outline(shape, count, is_correct, is_painted, marks,
+                         band, bands, width, height, nearness, words)
 
 
 @kernel
-def fill_triangle(corners, a, b, c, is_correct,
-                  row_first, row_step, width, height, nearness, words):
-    """Draw a triangle of corners[1], (n, 6): u, v, nearness, red, green, blue."""
+def fill_triangle(corners, a, b, c, planes, is_correct, is_painted, marks,
+                  band, bands, width, height, nearness, words):
+    """
+    Draw a triangle of corners[1], (n, 6): u, v, nearness, red, green, blue.
+
+    planes: (3, 4), for the work in between.
+    """
     # From top to bottom, always: triangles that share an edge then compute it alike.
     if corners[1, b, 1] < corners[1, a, 1]:
         a, b = b, a
@@ -142,19 +131,21 @@ def fill_triangle(corners, a, b, c, is_correct,
         return
 
     # Rows whose centres lie in [top, bottom).
-    row = max(int(np.ceil(av)), 0)
-    row += (row_first - row) % row_step
+    row = next_row(max(int(np.ceil(av)), 0), band, bands)
     end = min(int(np.ceil(cv)), height)
     if row >= end or max(au, bu, cu) <= 0.0 or min(au, bu, cu) > width - 1.0:
         return
 
-    # Each value q is a plane over the screen: q = qa + q_u (u - ua) + q_v (v - va).
-    uu, uv = (cv - av) / area, (bv - av) / area
-    vu, vv = (cu - au) / area, (bu - au) / area
-    s, s_u, s_v = _plane(corners[1, a, 2], corners[1, b, 2], corners[1, c, 2], uu, uv, vu, vv)
-    r, r_u, r_v = _plane(corners[1, a, 3], corners[1, b, 3], corners[1, c, 3], uu, uv, vu, vv)
-    g, g_u, g_v = _plane(corners[1, a, 4], corners[1, b, 4], corners[1, c, 4], uu, uv, vu, vv)
-    b_, b_u, b_v = _plane(corners[1, a, 5], corners[1, b, 5], corners[1, c, 5], uu, uv, vu, vv)
+    # Each value q is a plane over the screen: q = q_0 + q_u (u - ua) + q_v (v - va).
+    share = 1.0 / area
+    uu, uv = (cv - av) * share, (bv - av) * share
+    vu, vv = (cu - au) * share, (bu - au) * share
+    for q in range(4):
+        along_b = corners[1, b, 2 + q] - corners[1, a, 2 + q]
+        along_c = corners[1, c, 2 + q] - corners[1, a, 2 + q]
+        planes[0, q] = corners[1, a, 2 + q]
+        planes[1, q] = along_b * uu - along_c * uv
+        planes[2, q] = along_c * vv - along_b * vu
 
     along_ac = (cu - au) / (cv - av)
     along_ab = (bu - au) / (bv - av)
@@ -163,40 +154,40 @@ def fill_triangle(corners, a, b, c, is_correct,
         long = au + along_ac * (row - av)
         short = au + along_ab * (row - av) if row < bv else bu + along_bc * (row - bv)
         left, right = (long, short) if area > 0.0 else (short, long)
-        begin = max(np.ceil(left - SLACK), 0.0)
-        count = int(min(np.ceil(right - SLACK), float(width)) - begin)
-        if count > 0:
-            du, dv = begin - au, row - av
-            first = np.uint64(row * width + int(begin))
-            if is_correct:
-                span_correct(
-                    words, nearness, first, np.uint64(count),
-                    np.float32(s + s_u * du + s_v * dv), np.float32(s_u),
-                    np.float32(r + r_u * du + r_v * dv), np.float32(r_u),
-                    np.float32(g + g_u * du + g_v * dv), np.float32(g_u),
-                    np.float32(b_ + b_u * du + b_v * dv), np.float32(b_u))
-            else:
-                span_linear(
-                    words, nearness, first, np.uint64(count),
-                    np.float32(s + s_u * du + s_v * dv), np.float32(s_u),
-                    np.float32(r + r_u * du + r_v * dv), np.float32(r_u),
-                    np.float32(g + g_u * du + g_v * dv), np.float32(g_u),
-                    np.float32(b_ + b_u * du + b_v * dv), np.float32(b_u))
-        row += row_step
+        begin = max(int(np.ceil(left - SLACK)), 0)
+        stop = min(int(np.ceil(right - SLACK)), width)
+        while begin < stop:
+            run, is_wanted = stop, True
+            if marks.size > 0:
+                run = min((begin // TILE + 1) * TILE, stop)
+                is_wanted = marks[row // TILE, begin // TILE]
+            if is_wanted:
+                du, dv = begin - au, row - av
+                first, count = np.uint64(row * width + begin), np.uint64(run - begin)
+                s, ds = _at(planes, 0, du, dv)
+                r, dr = _at(planes, 1, du, dv)
+                g, dg = _at(planes, 2, du, dv)
+                b_, db = _at(planes, 3, du, dv)
+                if is_painted:
+                    # What is emptied first is covered; a test in the span would slow it down.
+                    empty(nearness, first, count)
+                if is_correct:
+                    span_correct(words, nearness, first, count,
+                                 s, ds, r, dr, g, dg, b_, db)
+                else:
+                    span_linear(words, nearness, first, count,
+                                s, ds, r, dr, g, dg, b_, db)
+            begin = run
+        row += 1
+        if row % BAND == 0:
+            row = next_row(row, band, bands)
 
 
 @kernel
-def _to_screen(x, y, z, cu, cv, is_perspective):
-    """Project a point: u, v, snapped, and nearness."""
-    if is_perspective:
-        near = 1.0 / z
-        return _snap(cu + x * near), _snap(cv + y * near), near
-    return _snap(cu + x), _snap(cv + y), -z
-
-
-@kernel
-def _snap(value):
-    return np.floor(value * PLACES + 0.5) / PLACES
+def _at(planes, q, du, dv):
+    """Give a plane's value, and its slope along the row."""
+    return (np.float32(planes[0, q] + planes[1, q] * du + planes[2, q] * dv),
+            np.float32(planes[1, q]))
 
 
 @kernel
@@ -217,9 +208,3 @@ def _side_of_view(view, a, b, c, is_perspective):
         toward = (view[a, 0] * (py * qz - pz * qy) + view[a, 1] * (pz * qx - px * qz)
                   + view[a, 2] * toward)
     return 0 if toward < 0.0 else 1 if toward > 0.0 else -1
-
-
-@kernel
-def _plane(qa, qb, qc, uu, uv, vu, vv):
-    """Give a value at corner a and its slopes along u and v."""
-    return qa, (qb - qa) * uu - (qc - qa) * uv, (qc - qa) * vv - (qb - qa) * vu

@@ -82,6 +82,10 @@ def _material(thing, color):
         Dial(f'{thing}.color', color, f'colour of the {thing}: red, green, blue', '',
              0.0, 255.0, length=3),
         Dial(f'{thing}.diffuse', 1.0, f'share of the sun that the {thing} returns', '', 0.0, 10.0),
+        Dial(f'{thing}.specular', 0.0, f'strength of the sun mirrored by the {thing}; 0: off', '',
+             0.0, 10.0),
+        Dial(f'{thing}.shininess', 30.0, 'exponent of the mirrored sun: more is smaller', '',
+             1.0, 1000.0),
     )
 
 
@@ -101,21 +105,29 @@ RENDERER = (
     Dial('camera.elevation', -0.1, 'of the camera seen from the target', 'rad', -pi / 2, pi / 2),
     Dial('camera.roll', 0.0, 'turn about the line of sight', 'rad', -TURN, TURN),
     Dial('camera.near', 0.05, 'nothing nearer is drawn', 'm', 0.001, 1000.0),
+    Dial('samples', 1, 'colours that a pixel at an edge averages: 1, 4, 8 or 16', '', 1, 16),
     Dial('shading', 'gouraud', 'light at vertices and between, or one per triangle',
          choices=('gouraud', 'flat')),
     Dial('interpolation', 'screen', 'of light between vertices: linear on the screen or in space',
          choices=('screen', 'perspective')),
+    Dial('hidden_surface', 'zbuffer', 'nearest of every pixel, or triangles from far to near',
+         choices=('zbuffer', 'painter')),
+    Dial('outline', False, 'draw the edges of the triangles, darker'),
     Dial('sun.azimuth', -1.0, 'where the sun stands, from +x towards +y', 'rad', -TURN, TURN),
     Dial('sun.elevation', 0.7, 'where the sun stands, above the horizon', 'rad', -pi / 2, pi / 2),
     Dial('sun.intensity', 0.8, 'light of the sun', '', 0.0, 10.0),
     Dial('ambient', 0.35, 'light from everywhere', '', 0.0, 10.0),
     *_material('flag', [205.0, 35.0, 40.0]),
+    Dial('flag.transmission', 0.0, 'share of the sun that shines through the flag; 0: off', '',
+         0.0, 1.0),
     *_material('pole', [200.0, 200.0, 205.0]),
     *_material('platform', [150.0, 145.0, 135.0]),
     Dial('pole.visible', True, 'draw the pole'),
     Dial('platform.visible', True, 'draw the platform'),
     Dial('background', [180.0, 240.0, 240.0], 'colour where nothing is: red, green, blue', '',
          0.0, 255.0, length=3),
+    Dial('threads', 1, 'threads that draw; 0: as many as the first frames show to be worth it',
+         '', 0, 64, fixed=True),
 )
 
 RECORDER = (

@@ -17,8 +17,8 @@ from typing import NamedTuple
 
 from flag_sim.drawing.camera import Camera
 from flag_sim.drawing.light import Light, Material
-from flag_sim.drawing.picture import Materials, Style
 from flag_sim.drawing.scene import Scene
+from flag_sim.drawing.style import Materials, Style
 
 
 class Look(NamedTuple):
@@ -41,9 +41,12 @@ def look_of(values):
                **group('camera', 'projection', 'vertical_fov', 'scale', 'target', 'distance',
                        'azimuth', 'elevation', 'roll', 'near')),
         Light(**group('sun', 'azimuth', 'elevation', 'intensity'), ambient=values['ambient']),
-        Materials(*(Material(**group(thing, 'color', 'diffuse'))
-                    for thing in ('flag', 'pole', 'platform'))),
+        Materials(
+            Material(**group('flag', 'color', 'diffuse', 'specular', 'shininess', 'transmission')),
+            *(Material(**group(thing, 'color', 'diffuse', 'specular', 'shininess'))
+              for thing in ('pole', 'platform'))),
         Scene(values['pole.height'], values['pole.diameter'],
               values['platform.side'], values['platform.height'],
               values['pole.visible'], values['platform.visible']),
-        Style(values['background'], values['shading'], values['interpolation']))
+        Style(**{name: values[name] for name in (
+            'background', 'shading', 'interpolation', 'samples', 'hidden_surface', 'outline')}))

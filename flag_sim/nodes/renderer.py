@@ -16,12 +16,12 @@
 import sys
 import time
 
-from flag_sim.drawing.picture import Picture
+from flag_sim.drawing import Camera, Light, Material, Materials, Picture, Scene, Style
 from flag_sim.nodes import messages
 from flag_sim.nodes.dials import RENDERER, SCENE
 from flag_sim.nodes.frames import Tag
 from flag_sim.nodes.life import announce_when_slow, run
-from flag_sim.nodes.look import look_of
+from flag_sim.nodes.look import Look, look_of
 from flag_sim.nodes.server import FrameServer
 from flag_sim.nodes.topics import DEPTH, publish, subscribe
 import numpy as np
@@ -45,11 +45,12 @@ class Renderer(FrameServer):
 
     def __init__(self):
         super().__init__('renderer', SCENE + RENDERER)
-        self._picture = Picture()
         self._values = self._look = None
         self._clouds = {}  # (positions, normals) by stamp
         self._first = None  # stamp of the take's first frame [ns]
         self._warm_up()
+        # Made after that, for the number of threads is chosen by how long its first frames take.
+        self._picture = Picture(self.values['threads'])
         self._camera_out = {name: publish(self, f'camera/{name}')
                             for name in ('image_raw', 'camera_info', 'depth/image_raw')}
         self._frame_done_out = publish(self, 'frame_done')
@@ -63,7 +64,11 @@ class Renderer(FrameServer):
         """Compile or load the kernels before the first frame, for every kind of picture."""
         slow = announce_when_slow(self, 'compiling the drawing kernels')
         square = np.array([[[0.0, 0.0, 9.0], [1.0, 0.0, 9.0]], [[0.0, 0.0, 8.0], [1.0, 0.0, 8.0]]])
-        self._picture.draw(square, None, *look_of(self.values))
+        shiny = Material(specular=1.0)
+        every = Style(samples=4, hidden_surface='painter', shading='flat', outline=True)
+        for look in (look_of(self.values), Look(Camera(64, 48), Light(elevation=1.0),
+                                                Materials(shiny, shiny, shiny), Scene(), every)):
+            Picture().draw(square, None, *look)
         slow.cancel()
 
     def check(self, values):

@@ -1,0 +1,70 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""All that a frame shows, joined in one set of arrays."""
+from flag_sim.drawing import checks
+from flag_sim.drawing.mesh import grid_triangles, vertex_normals
+from flag_sim.drawing.scene import platform_mesh, pole_mesh
+
+import numpy as np
+
+
+class Assembly:
+    """
+    The meshes of flag, pole and platform, for one grid, one scene and one fineness.
+
+    points, normals: (n, 3); triangles: (m, 3) int32, from number `closed` on of closed bodies,
+    whose backs nobody sees; parts: the name of each thing with its slices of points and of
+    triangles. The flag stands first; its points and normals are written by every frame.
+    """
+
+    def __init__(self, rows, columns, scene, segments):
+        """Join the meshes; raise ValueError for a grid that has no triangles."""
+        self.kind = (rows, columns), scene, segments
+        self._shape = rows, columns, 3
+        flag = grid_triangles(rows, columns)
+        self.closed = len(flag)
+        points, triangles = [np.zeros((rows * columns, 3))], [flag]
+        normals = [points[0]]
+        self.parts = {'flag': (slice(0, rows * columns), slice(0, len(flag)))}
+        for name, is_visible, make in (('pole', scene.pole_visible, pole_mesh),
+                                       ('platform', scene.platform_visible, platform_mesh)):
+            if is_visible:
+                mesh = make(scene, segments)
+                first, number = sum(map(len, points)), sum(map(len, triangles))
+                self.parts[name] = (slice(first, first + len(mesh.vertices)),
+                                    slice(number, number + len(mesh.triangles)))
+                points.append(mesh.vertices)
+                normals.append(mesh.normals)
+                triangles.append(mesh.triangles + np.int32(first))
+        self.points, self.normals = np.concatenate(points), np.concatenate(normals)
+        self.triangles = np.concatenate(triangles)
+        self.order = np.arange(len(self.triangles))
+
+    def set_flag(self, vertices, normals):
+        """
+        Put the flag where its vertices (rows, columns, 3) [m] are.
+
+        normals: the same shape, or None to average them from the triangles (1.13). Raises
+        ValueError for another shape.
+        """
+        points, numbers = self.parts['flag']
+        self.points[points] = vertices.reshape(-1, 3)
+        if normals is None:
+            normals = vertex_normals(self.points[points], self.triangles[numbers])
+        else:
+            normals = np.asarray(normals)
+            checks.require(normals.shape == self._shape, 'flag_normals',
+                           f'of the shape of flag_vertices {self._shape}', normals.shape)
+        self.normals[points] = normals.reshape(-1, 3)

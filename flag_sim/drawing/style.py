@@ -1,0 +1,73 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""What the scene is made of, and how its picture is."""
+import dataclasses
+
+from flag_sim.drawing import checks
+from flag_sim.drawing.light import Material
+from flag_sim.drawing.tiles import PATTERNS
+
+import numpy as np
+
+SHADINGS = ('gouraud', 'flat')
+INTERPOLATIONS = ('screen', 'perspective')
+HIDDEN_SURFACES = ('zbuffer', 'painter')
+SAMPLES = tuple(PATTERNS)
+
+
+@dataclasses.dataclass(frozen=True)
+class Materials:
+    """What the three things of the scene are made of."""
+
+    flag: Material = Material((205.0, 35.0, 40.0))
+    pole: Material = Material((200.0, 200.0, 205.0))
+    platform: Material = Material((150.0, 145.0, 135.0))
+
+
+@dataclasses.dataclass(frozen=True)
+class Style:
+    """
+    How the picture is made.
+
+    background: (3,) colour where nothing is, 0 to 255; shading: 'gouraud' interpolates the
+    vertices' colours, 'flat' gives each triangle one; interpolation: of colours, 'screen' is
+    linear from pixel to pixel as in 1.14, 'perspective' linear in space; samples: 1, 4, 8 or 16
+    colours that a pixel at an edge averages; hidden_surface: 'zbuffer' compares the depths of
+    each pixel, 'painter' draws whole triangles from far to near, wrong where they overlap in
+    turn or cut one another; outline: draw the triangles' edges, darker.
+    Raises ValueError for a colour out of range, another word or another number.
+    """
+
+    background: tuple = (180.0, 240.0, 240.0)
+    shading: str = 'gouraud'
+    interpolation: str = 'screen'
+    samples: int = 1
+    hidden_surface: str = 'zbuffer'
+    outline: bool = False
+
+    def __post_init__(self):
+        """Refuse unknown words and colours; keep plain numbers."""
+        object.__setattr__(self, 'background', checks.color('background', self.background))
+        checks.one_of('shading', self.shading, SHADINGS)
+        checks.one_of('interpolation', self.interpolation, INTERPOLATIONS)
+        checks.require(self.samples in SAMPLES, 'samples',
+                       'one of ' + ', '.join(map(str, SAMPLES)), self.samples)
+        checks.one_of('hidden_surface', self.hidden_surface, HIDDEN_SURFACES)
+
+    @property
+    def word(self):
+        """Give the background as the rasterizer packs it: red lowest."""
+        red, green, blue = (int(channel + 0.5) for channel in self.background)
+        return np.uint32(red | green << 8 | blue << 16)

@@ -1,0 +1,154 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+How fast a frame is drawn, beside other programs that draw the same one.
+
+Whole frames of 1280 x 720 on one processor, from new vertices to the RGB bytes in hand; the
+programs take turns, and medians count. Prints a table and writes out/bench-drawing.json.
+"""
+import argparse
+import json
+import os
+from pathlib import Path
+import platform
+import statistics
+import time
+
+os.environ['LP_NUM_THREADS'] = '0'  # llvmpipe draws in the calling thread; read at its start
+
+from flag_sim.drawing import Camera, Light, Picture, Scene, Style  # noqa: E402
+from flag_sim.drawing.assembly import Assembly  # noqa: E402
+from flag_sim.drawing.canvas import Canvas  # noqa: E402
+from flag_sim.drawing.spans import span_linear  # noqa: E402
+
+import numpy as np  # noqa: E402
+
+from peers import PEERS, Shot  # noqa: E402
+
+CAMERA = Camera(1280, 720)
+CASES = {'61x41': (41, 61), '241x161': (161, 241)}
+# The source's own measurement (4.1): ticks by number of threads, on an Intel Core i5.
+SOURCE_TICKS = {1: 43_127_480, 2: 35_178_242, 3: 28_537_882, 4: 24_954_742, 5: 20_954_733}
+
+
+def frames(rows, columns, count=8):
+    """Make flags in the wind with their normals: list of pairs (rows, columns, 3)."""
+    s, z = np.meshgrid(np.linspace(0.0, 2.25, columns), np.linspace(9.0, 7.5, rows))
+    made = []
+    for phase in np.linspace(0.0, 2.0 * np.pi, count, endpoint=False):
+        y = 0.3 * s + 0.15 * s * np.sin(5.0 * s + z - phase)
+        flag = np.stack([0.05 + s, y, z - 0.1 * s], axis=-1)
+        made.append((flag, np.cross(np.gradient(flag, axis=1), np.gradient(flag, axis=0))))
+    return made
+
+
+def take_turns(contenders, flags, rounds):
+    """Let every contender draw every flag in turn; return the median of each [ms]."""
+    times = {name: [] for name in contenders}
+    for number in range(rounds + 2):
+        flag = flags[number % len(flags)]
+        for name, draw in contenders.items():
+            begin = time.perf_counter()
+            draw(*flag)
+            if number >= 2:  # the first ones compile and allocate
+                times[name].append(1e3 * (time.perf_counter() - begin))
+    return {name: statistics.median(some) for name, some in times.items()}
+
+
+def ours(threads=1, **style):
+    """Return a draw() of this package's own."""
+    picture, style = Picture(threads), Style(**style)
+    return lambda points, normals: picture.draw(points, normals, CAMERA, style=style)
+
+
+def floor(flag, normals):
+    """Return a draw() that only clears, writes as many pixels in one span, and converts."""
+    picture = Picture()
+    picture.draw(flag, normals, CAMERA)
+    drawn = np.isfinite(picture.depth())
+    v, u = np.nonzero(drawn)
+    rectangle = [(int(v.min()), int(v.max()) + 1, int(u.min()), int(u.max()) + 1)]
+    canvas = Canvas(CAMERA.width, CAMERA.height, np.uint32(0), 0.0)
+    ramp = np.float32([0.1, 1e-9, 200, 1e-6, 40, 1e-6, 40, 1e-6])
+
+    def draw(points, normals):
+        canvas.clear(rectangle, 0, 1)
+        span_linear(canvas.words, canvas.nearness, np.uint64(0), np.uint64(drawn.sum()), *ramp)
+        canvas.to_bytes(rectangle, 0, 1)
+
+    return draw
+
+
+def against_peers(rounds):
+    """Compare on one processor: the rows, what is missing, and further times of our own."""
+    processors = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {min(processors)})
+    rows, missing, own = [], {}, {}
+    for case, grid in CASES.items():
+        flags = frames(*grid)
+        assembly = Assembly(*grid, Scene(), Scene().segments(CAMERA))
+        assembly.set_flag(*flags[0])
+        contenders = {'ours': ours(), 'ours, 4 samples': ours(samples=4),
+                      'ours, 8 samples': ours(samples=8),
+                      'ours, painter': ours(hidden_surface='painter'),
+                      'floor': floor(*flags[0])}
+        for peer in PEERS:
+            try:
+                contenders[peer.name] = peer(Shot(CAMERA, Light(), assembly)).draw
+            except Exception as error:  # whatever hinders a peer is named, not hidden
+                missing[peer.name] = f'{type(error).__name__}: {error}'
+        times = take_turns(contenders, flags, rounds)
+        own[case] = {name: times[name] for name in list(contenders)[:5]}
+        rows += [{'peer': peer.name, 'case': case, 'ours_ms': times['ours'],
+                  'peer_ms': times[peer.name], 'ratio': times[peer.name] / times['ours']}
+                 for peer in PEERS if peer.name in times]
+    os.sched_setaffinity(0, processors)
+    return rows, missing, own
+
+
+def main():
+    """Measure, print and write."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('--rounds', type=int, default=60)
+    parser.add_argument('--out', type=Path, default=Path('out/bench-drawing.json'))
+    options = parser.parse_args()
+    rows, missing, own = against_peers(options.rounds)
+    machine = f'{platform.machine()}, {len(os.sched_getaffinity(0))} processors'
+    print(f'Whole frames, {CAMERA.width} x {CAMERA.height}, one processor ({machine}), medians')
+    print(f'{"case":10}{"peer":26}{"ours ms":>9}{"peer ms":>9}{"ratio":>7}')
+    for row in rows:
+        print(f'{row["case"]:10}{row["peer"]:26}{row["ours_ms"]:9.2f}{row["peer_ms"]:9.2f}'
+              f'{row["ratio"]:7.2f}')
+    for name, reason in missing.items():
+        print(f'not measured: {name} ({reason})')
+    for case, times in own.items():
+        print(f'{case}: ' + ', '.join(f'{name} {ms:.2f} ms' for name, ms in times.items()))
+
+    flags = frames(*CASES['61x41'])
+    threads = take_turns({count: ours(count) for count in SOURCE_TICKS}, flags, options.rounds)
+    print(f'{"threads":10}{"source ticks":>14}{"faster":>8}{"ours ms":>9}{"faster":>8}')
+    for count, ticks in SOURCE_TICKS.items():
+        print(f'{count:<10}{ticks:14,}{SOURCE_TICKS[1] / ticks:8.2f}{threads[count]:9.2f}'
+              f'{threads[1] / threads[count]:8.2f}')
+    options.out.parent.mkdir(parents=True, exist_ok=True)
+    options.out.write_text(json.dumps({
+        'rows': rows, 'missing': missing, 'ours': own, 'machine': machine,
+        'threads': [{'threads': count, 'source_ticks': ticks, 'ours_ms': threads[count]}
+                    for count, ticks in SOURCE_TICKS.items()]}, indent=2) + '\n')
+    print(f'written to {options.out}')
+
+
+if __name__ == '__main__':
+    main()

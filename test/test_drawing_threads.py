@@ -1,0 +1,76 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Any number of threads makes the same picture, and the choice among them is the fastest."""
+from flag_sim.drawing import Camera, crew, Picture, Style
+from flag_sim.drawing.bands import BAND, next_row
+from flag_sim.drawing.tiles import TILE
+
+import numpy as np
+
+import pytest
+
+from support.flags import wave
+
+STYLES = {
+    'plain': Style(), 'samples': Style(samples=4), 'outline': Style(outline=True, samples=8),
+    'painter': Style(hidden_surface='painter', shading='flat'),
+    'perspective': Style(interpolation='perspective')}
+
+
+@pytest.mark.parametrize('name', STYLES)
+@pytest.mark.parametrize('width, height', [(640, 480), (61, 47), (3, 100), (50, 1)])
+def test_the_same_picture_to_the_bit(name, width, height):
+    one = Picture(threads=1)
+    others = [Picture(threads) for threads in (0, 2, 3, 7)]
+    for phase in range(4):
+        look = {'camera': Camera(width, height, elevation=0.2 * phase), 'style': STYLES[name]}
+        rgb = one.draw(wave(phase=phase), **look)
+        for other in others:
+            np.testing.assert_array_equal(other.draw(wave(phase=phase), **look), rgb)
+            np.testing.assert_array_equal(other.depth(), one.depth())
+
+
+@pytest.mark.parametrize('bands', [1, 2, 3, 5])
+def test_every_row_is_in_one_band(bands):
+    rows = [row for band in range(bands) for row in range(200)
+            if next_row(row, band, bands) == row]
+    assert sorted(rows) == list(range(200))
+    assert next_row(0, bands - 1, bands) == BAND * (bands - 1)
+    assert BAND % TILE == 0
+
+
+@pytest.mark.parametrize('seconds, chosen', [
+    ({1: 1.0, 2: 0.6, 4: 0.4}, 4), ({1: 1.0, 2: 0.6, 4: 0.58}, 2), ({1: 1.0, 2: 0.95, 4: 1.5}, 1)])
+def test_the_choice(monkeypatch, seconds, chosen):
+    now = [0.0]
+    monkeypatch.setattr(crew.os, 'sched_getaffinity', lambda process: range(4))
+    monkeypatch.setattr(crew.time, 'perf_counter', lambda: now[0])
+    workers = crew.Crew(0)
+    drawn = []
+    for number in range(30):
+        with workers:
+            drawn.append(workers.threads)
+            # Now and then something else holds a frame up.
+            now[0] += seconds[workers.threads] * (3.0 if number % 4 == 0 else 1.0)
+    assert set(drawn[:-3]) == {1, 2, 4}
+    assert workers.threads == chosen
+
+
+def test_an_error_in_a_thread_is_not_lost():
+    def work(band, bands):
+        if band == 1:
+            raise ValueError('of the second band')
+    with pytest.raises(ValueError, match='second'):
+        crew.Crew(2).share(work)
