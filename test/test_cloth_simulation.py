@@ -158,7 +158,7 @@ def test_a_bad_state_is_not_let_out():
     ({'hoist_top': (0.0, 1.0)}, 'hoist_top must have shape (3,), not (2,)'),
     ({'hoist_top': (0.0, 1.0, math.inf)}, 'hoist_top must be finite'),
     ({'gravity': math.nan}, 'gravity must be finite, not nan'),
-    ({'solver': 'magic'}, "solver must be one of ['symplectic'], not 'magic'")])
+    ({'solver': 'magic'}, "'xpbd'], not 'magic'")])
 def test_bad_cloths_are_refused(arguments, rule):
     """The message names the rule and the value."""
     with pytest.raises(ValueError) as error:
