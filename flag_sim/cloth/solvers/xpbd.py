@@ -26,12 +26,17 @@ TINY = 1e-30
 
 @kernel
 def _predict(position, velocity, force, inverse_mass, position_out, dt, keep, span):
-    """Move the nodes by the forces from outside alone."""
+    """
+    Move the nodes by the forces from outside alone.
+
+    keep, what the nodes' damping leaves of a velocity, must not weaken a force that the springs,
+    met afterwards, will balance: the cloth at rest would seem lighter.
+    """
     first, last, _ = span
     for axis in range(3):
         x, v, f, x_out = position[axis], velocity[axis], force[axis], position_out[axis]
         for i in range(first, last):
-            x_out[i] = x[i] + dt * keep * (v[i] + dt * f[i] * inverse_mass[i])
+            x_out[i] = x[i] + dt * (keep * v[i] + dt * f[i] * inverse_mass[i])
 
 
 @kernel
