@@ -47,13 +47,14 @@ class Cloth:
 
     rows, columns: of its grid. length, width: at rest [m]. hoist_top: where its upper hoist corner
     is held, (x, y, z) [m]. pinned: whether the hoist is held at all.
-    stretch_limit: no node of a pinned cloth ends a frame farther from the beginning of its row than
-    1 + stretch_limit times its distance at rest; held: how many nodes that held back in the last
-    frame. pole: an upright cylinder (x, y, radius) [m] that the cloth does not enter; None: none.
+    stretch_limit: no node of a pinned cloth ends a frame farther from the beginning of its row
+    than 1 + stretch_limit times its distance at rest; held: how many nodes that held back in the
+    last frame. pole: an upright cylinder (x, y, radius) [m] that the cloth stays out of.
 
-    material, air, gravity, stepping, solver, stretch_limit and pole may be changed between frames by assignment; regrid
-    keeps the motion too; hang and reset start anew. Everything raises ValueError for a value that
-    it cannot take, and then leaves the cloth as it was. Whatever is set, the state stays finite.
+    material, air, gravity, stepping, solver, stretch_limit and pole may be changed between frames
+    by assignment; regrid keeps the motion too; hang and reset start anew. Everything raises
+    ValueError for a value that it cannot take, and then leaves the cloth as it was. Whatever is
+    set, the state stays finite.
     """
 
     def __init__(self, rows=21, columns=31, length=2.25, width=1.5, hoist_top=(0.05, 0.0, 8.9), *,
@@ -111,7 +112,7 @@ class Cloth:
 
     @property
     def pole(self):
-        """The cylinder (x, y, radius) [m] that the cloth stays out of, or None."""
+        """Return the cylinder (x, y, radius) [m] that the cloth stays out of, or None."""
         return self._pole
 
     @pole.setter
@@ -226,8 +227,9 @@ class Cloth:
                 self._state.data[...] = self._last_good
                 raise Diverged(
                     f'a {what} is not finite or beyond {limit:g} with solver {self.solver} in '
-                    f'{steps.granted} steps of {dt / steps.granted:.3g} s; the cloth is held where '
-                    f'the frame began; symplectic is stable in steps of {self._stable_step():.3g} s')
+                    f'{steps.granted} steps of {dt / steps.granted:.3g} s; the cloth is held '
+                    'where the frame began; symplectic is stable in steps of '
+                    f'{self._stable_step():.3g} s')
 
     def _stable_step(self):
         """Return the step [s] in which the default method is stable for the present dials."""

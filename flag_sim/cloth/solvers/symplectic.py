@@ -46,7 +46,7 @@ def _update(position, velocity, force, inverse_mass, position_out, velocity_out,
 
 @kernel
 def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inverse_mass, weights,
-             coefficients, work, dt, count, span):
+                coefficients, work, dt, count, span):
     """Take count steps, each from one pair of arrays to the other."""
     keep = 1.0 / (1.0 + dt * coefficients.node_damping)
     for _ in range(count):
