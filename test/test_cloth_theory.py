@@ -104,7 +104,7 @@ def test_stretch_under_own_weight(solver, columns):
     claims(solver, 'friction')
     length, width, stiffness, density = 2.0, 0.5, 400.0, 0.3
     material = Material(density, stiffness, 0.0, 0.0, damping=0.2, node_damping=40.0)
-    # One sweep over the springs balances a weight only in small steps: error of first order in them.
+    # One sweep over the springs balances a weight only in small steps, to first order.
     sweeps = solver == 'xpbd'
     cloth = Cloth(3, columns, length, width, material=material, air=VACUUM, solver=solver,
                   stepping=Stepping(substeps=1000 if sweeps else 0))
