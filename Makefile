@@ -15,18 +15,22 @@ READY = .venv/ready-$(ROS)
 help:
 	@echo 'make demo   film config/$(SHOT).yaml into out/demo (another shot: make demo SHOT=name)'
 	@echo 'make test   run all tests'
+	@echo 'make soak   run 2000 random extremes of the cloth for each method that promises to bear them'
 	@echo 'make bench  measure frames per second, into out/bench.json'
 	@echo 'make bench-drawing  draw frames beside other programs, into out/bench-drawing.json'
 	@echo 'make clean  remove .venv, out and all that was built'
 
 # Nothing of a demo or a test leaves this machine.
-demo test bench: export ROS_AUTOMATIC_DISCOVERY_RANGE = LOCALHOST
+demo test soak bench: export ROS_AUTOMATIC_DISCOVERY_RANGE = LOCALHOST
 
 demo: $(READY)
 	@.venv/bin/python -m flag_sim.nodes.demo --shot '$(SHOT)'
 
 test: $(READY)
 	@.venv/bin/python -m pytest -rs
+
+soak: $(READY)
+	@FLAG_SIM_EXTREMES=2000 .venv/bin/python -m pytest -rs test/test_cloth_stability.py
 
 bench: $(READY)
 	@.venv/bin/python test/benchmark/pipeline.py
@@ -58,4 +62,4 @@ $(READY): setup.py pyproject.toml
 	|| { echo 'rclpy cannot be imported; a sourced ROS needs its own Python: make PYTHON=/usr/bin/python3' >&2; exit 1; }
 	@touch '$@'
 
-.PHONY: help demo test bench bench-drawing clean
+.PHONY: help demo test soak bench bench-drawing clean

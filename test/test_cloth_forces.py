@@ -39,7 +39,7 @@ def forces(model, positions, velocities=None, wind=(0.0, 0.0, 0.0), gravity=0.0,
     state, work = State(mesh), Work.of(mesh)
     state.place(positions, velocities)
     set_forces(state.position, state.velocity, wind, model.mass, mesh.weights,
-               model.coefficients(Forcing(wind, gravity, air)), work, dt, mesh.span)
+               model.coefficients(Forcing(wind, gravity, air), 1), work, dt, mesh.span)
     return np.stack([mesh.grid(axis) for axis in work.force], axis=-1)
 
 
@@ -198,7 +198,8 @@ def test_hot_loops_are_compiled_to_vectors(function, instruction):
                             span),
         'elastic_tensions': (vectors, weights, triple, triple, three(field, 4), span),
         'add_tensions': (vectors, three(field, 4), vectors, span),
-        'wind_on_faces': (vectors, vectors, triple, number, number, weights, three(field, 6),
+        'wind_on_faces': (vectors, vectors, triple, number, number, numba.int64,
+                          numba.int64, weights, three(field, 6),
                           span),
         'set_moments': (vectors, weights, triple, three(vectors, 3), span),
         '_add_along': (field,) * 4 + (span,)}[function.__name__]

@@ -30,6 +30,20 @@ LIMP = Material(stiffness=0.0, shear_stiffness=0.0, bend_stiffness=0.0)
 
 pytestmark = pytest.mark.parametrize('solver', SOLVERS)
 
+CLAIMS_NOT = {
+    'energy': {'rk4', 'xpbd', 'euler'},  # rk4 and xpbd lose it, euler gains
+    'friction': {'seed'},                # its units make friction vanish
+    'undamped': {'euler'},               # it feeds what nothing damps
+}
+"""What methods do not claim, each with the reason that its docstring gives."""
+
+
+def claims(solver, *properties):
+    """Skip the test of a property that the solver does not have."""
+    for name in properties:
+        if solver in CLAIMS_NOT[name]:
+            pytest.skip(f'{solver} does not claim {name}')
+
 
 def hanging(cloth):
     """Return positions that let the cloth hang down from its hoist: columns become heights."""
@@ -53,10 +67,11 @@ def test_free_fall(solver):
         steps = cloth.advance(0.02)
     fallen = start - cloth.positions
     time = 0.2
-    late = 9.81 * time * 0.02 / steps.granted
-    assert np.abs(fallen[..., :2]).max() < 1e-12
+    # Explicit and symplectic Euler are late and early by just half this: the rest is rounding.
+    late = (0.5 + 1e-9) * 9.81 * time * 0.02 / steps.granted
+    assert np.abs(fallen[..., :2]).max() < 1e-11
     assert fallen[..., 2] == pytest.approx(np.full((6, 9), 0.5 * 9.81 * time**2), abs=late)
-    assert cloth.velocities[..., 2] == pytest.approx(np.full((6, 9), -9.81 * time), rel=1e-12)
+    assert cloth.velocities[..., 2] == pytest.approx(np.full((6, 9), -9.81 * time), rel=1e-11)
 
 
 def test_momentum_and_angular_momentum_stay(solver):
@@ -75,22 +90,31 @@ def test_momentum_and_angular_momentum_stay(solver):
     before = momenta()
     for _ in range(20):
         cloth.advance(0.02)
-    np.testing.assert_allclose(momenta(), before, atol=1e-11)
+    after = momenta()
+    np.testing.assert_allclose(after[:3], before[:3], atol=1e-11)
+    # The torque of a pull is taken where the nodes are: methods that move them by other velocities
+    # than those which the pull makes keep angular momentum only to their own accuracy.
+    exact = solver in ('symplectic', 'verlet', 'seed')
+    np.testing.assert_allclose(after[3:], before[3:], atol=1e-11 if exact else 0.02)
 
 
 @pytest.mark.parametrize('columns', [6, 21])
 def test_stretch_under_own_weight(solver, columns):
     """A strip hung by one end is longer by M g L / (2 E A), whatever the grid."""
+    claims(solver, 'friction')
     length, width, stiffness, density = 2.0, 0.5, 400.0, 0.3
     material = Material(density, stiffness, 0.0, 0.0, damping=0.2, node_damping=40.0)
-    cloth = Cloth(3, columns, length, width, material=material, air=VACUUM, solver=solver)
+    # One sweep over the springs balances a weight only in small steps, to first order.
+    sweeps = solver == 'xpbd'
+    cloth = Cloth(3, columns, length, width, material=material, air=VACUUM, solver=solver,
+                  stepping=Stepping(substeps=1000 if sweeps else 0))
     cloth.place(hanging(cloth))
     for _ in range(40):
         cloth.advance(0.05)
     longer = cloth.hoist_top[2] - cloth.positions[:, -1, 2] - length
     mass = density * length * width
     expected = mass * 9.81 * length / (2.0 * stiffness * width)
-    np.testing.assert_allclose(longer, expected, rtol=1e-6)
+    np.testing.assert_allclose(longer, expected, rtol=0.03 if sweeps else 1e-6)
 
 
 def bessel_j0(x):
@@ -101,6 +125,7 @@ def bessel_j0(x):
 
 def test_hanging_chain_swings_in_its_first_mode(solver):
     """Omega = (j01 / 2) sqrt(g / L) for an inextensible strip; found from the first quarter."""
+    claims(solver, 'undamped')
     length, columns = 1.0, 31
     material = Material(0.2, 3000.0, 0.0, 0.0, damping=0.0)
     cloth = Cloth(2, columns, length, 0.1, material=material, air=VACUUM, solver=solver)
@@ -125,6 +150,7 @@ def test_hanging_chain_swings_in_its_first_mode(solver):
 
 def test_a_falling_flat_sheet_reaches_its_terminal_speed(solver):
     """Speed v_t tanh(g t / v_t) with v_t = sqrt(2 density g / (rho C_d)), in all nodes alike."""
+    claims(solver, 'friction')
     density, air = 0.2, Air(1.2, 1.17)
     cloth = Cloth(5, 8, pinned=False, material=Material(area_density=density), air=air,
                   stepping=Stepping(substeps=100), solver=solver)
@@ -152,11 +178,11 @@ def test_order_of_the_method(solver):
         return SOLVERS[solver](model).advance(
             state, spare, forcing, span / count, count).positions()
 
-    counts = np.array([64, 128, 256, 512])
-    exact = after(512 * 64)
+    counts = np.array([64, 128, 256]) * (4 if SOLVERS[solver].order == 1 else 1)
+    exact = after(counts[-1] * 64)
     errors = [np.linalg.norm(after(count) - exact) for count in counts]
     slopes = -np.diff(np.log2(errors))
-    assert slopes == pytest.approx(np.full(3, SOLVERS[solver].order), abs=0.1)
+    assert slopes == pytest.approx(np.full(2, SOLVERS[solver].order), abs=0.1)
 
 
 def test_step_is_advance_of_one(solver):
@@ -174,6 +200,7 @@ def test_step_is_advance_of_one(solver):
 
 def test_energy_is_bounded_without_damping(solver):
     """It swings about its first value and does not drift in 20,000 steps of large motion."""
+    claims(solver, 'energy')
     cloth = Cloth(6, 8, air=VACUUM, material=Material(damping=0.0),
                   stepping=Stepping(substeps=20), solver=solver)
     rng = np.random.default_rng(4)
@@ -193,6 +220,7 @@ def test_energy_is_bounded_without_damping(solver):
 @pytest.mark.parametrize('damped', [{'damping': 0.2}, {'node_damping': 2.0}], ids=str)
 def test_damping_lowers_the_energy(solver, damped):
     """In every frame, while the sheet swings; to a small part in the end."""
+    claims(solver, 'friction', 'undamped')
     cloth = Cloth(6, 8, air=VACUUM, gravity=0.0, pinned=False,
                   material=Material(**{'damping': 0.0, **damped}),
                   stepping=Stepping(substeps=200), solver=solver)
@@ -213,6 +241,7 @@ def test_a_hinged_sheet_leans_in_the_wind(solver):
     A limp sheet in uniform wind W hangs straight, by the angle a from the vertical with
     density g sin a = rho C_d / 2 (W cos a)^2: weight and pressure are both uniform.
     """
+    claims(solver, 'friction')
     density, speed, air = 0.4, 3.0, Air(1.2, 1.0)
     material = Material(density, 5000.0, 0.0, 0.0, damping=0.3, node_damping=3.0)
     cloth = Cloth(3, 11, 1.0, 0.3, material=material, air=air, solver=solver)

@@ -13,7 +13,8 @@
 # limitations under the License.
 
 """Dials: what is accepted, what is refused, and that all places agree on them."""
-from flag_sim.cloth.material import Air, Material
+from flag_sim.cloth.material import Air, LAWS, Material
+from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.cloth.stability import Stepping
 from flag_sim.drawing.camera import Camera
 from flag_sim.drawing.light import Light
@@ -67,6 +68,13 @@ def test_defaults_obey_their_own_rules(node):
     assert len(set(names)) == len(names)
     for dial in NODES[node]:
         assert dial.accept(dial.default) == dial.default
+
+
+def test_every_solver_and_law_can_be_chosen():
+    """The choices of the node are those of the library."""
+    physics = {dial.name: dial for dial in NODES['physics']}
+    assert set(physics['solver'].choices) == set(SOLVERS)
+    assert set(physics['air.law'].choices) == set(LAWS)
 
 
 def test_defaults_are_those_of_the_library():

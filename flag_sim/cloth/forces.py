@@ -39,7 +39,9 @@ class Coefficients(NamedTuple):
     bend: tuple         # across, down, twist [N/m]
     gravity: float      # g [m/s2]
     drag: float         # rho C_d / 2 [kg/m3]
-    drag_rate: float    # rho C_d / (mass of a face) [1/m3]
+    drag_rate: float    # dF/du_n / m of a face over the flux [1/m3], or over its area (linear)
+    law: int            # of the wind: wind.QUADRATIC, LINEAR or SEED
+    order: int          # of the method, to which drag is kept from overshooting
     node_damping: float  # nu [1/s]
 
 
@@ -93,5 +95,5 @@ def set_forces(position, velocity, wind, mass, weights, coefficients, work, dt, 
         add_moments(moments, force, span)
     if coefficients.drag > 0.0:
         wind_on_faces(position, velocity, wind, coefficients.drag, dt * coefficients.drag_rate,
-                      weights, faces, span)
+                      coefficients.law, coefficients.order, weights, faces, span)
         add_faces(faces, force, span)

@@ -16,6 +16,10 @@
 from dataclasses import dataclass
 
 from flag_sim.cloth import checks
+from flag_sim.cloth.wind import LINEAR, QUADRATIC, SEED
+
+LAWS = {'quadratic': QUADRATIC, 'linear': LINEAR, 'seed': SEED}
+"""The laws of the wind by the names that users choose them by."""
 
 
 @dataclass(frozen=True)
@@ -57,12 +61,19 @@ class Air:
     density: rho [kg/m3]; dry air at 20 degrees Celsius and sea level has 1.2.
     drag_coefficient: C_d of a face square to the wind; a square plate has 1.17 (Hoerner,
     Fluid-Dynamic Drag, 1965, chapter 3).
-    Zero in either switches the wind off. Raises ValueError for a negative or non-finite value.
+    Zero in either switches the wind off.
+    law: of the force on a face. quadratic: rho C_d / 2 A |u_n| u_n n; linear: rho C_d / 2 A u_n n
+    times 1 m/s; seed: n (n . w), newtons for metres per second (1.3 to the letter), which knows
+    neither the face's area nor its velocity, nor density and drag_coefficient but for their zero.
+    Raises ValueError for a negative or non-finite value and for an unknown law.
     """
 
     density: float = 1.2
     drag_coefficient: float = 1.17
+    law: str = 'quadratic'
 
     def __post_init__(self):
         """Refuse what no air can be."""
         checks.fields(self, ['density', 'drag_coefficient'], prefix='air.', low=0.0)
+        if self.law not in LAWS:
+            raise ValueError(f'air.law must be one of {sorted(LAWS)}, not {self.law!r}')

@@ -17,6 +17,7 @@ import math
 
 from flag_sim.cloth.bending import bend_constants
 from flag_sim.cloth.forces import Coefficients
+from flag_sim.cloth.material import LAWS
 from flag_sim.cloth.springs import dashpot_constants, spring_constants
 
 
@@ -49,9 +50,15 @@ class Model:
         self.spring_rest = (mesh.dx, mesh.dy, math.hypot(mesh.dx, mesh.dy))
         self.bend = tuple(stiffness_factor * b for b in bend)
 
-    def coefficients(self, forcing):
-        """Return the numbers that the kernels need under the given forcing."""
-        drag = 0.5 * forcing.air.density * forcing.air.drag_coefficient
+    def coefficients(self, forcing, order):
+        """Return the numbers that kernels of a method of this order need under the forcing."""
+        air = forcing.air
+        drag = 0.5 * air.density * air.drag_coefficient
+        rate = drag / (0.5 * self.cell_mass)
+        if air.law == 'quadratic':
+            rate *= 2.0  # the derivative of a square
+        elif air.law == 'seed' and drag > 0.0:
+            drag, rate = 1.0, 0.0
         return Coefficients(
             self.spring_k, self.spring_c, self.spring_rest, self.bend, forcing.gravity, drag,
-            2.0 * drag / (0.5 * self.cell_mass), self.material.node_damping)
+            rate, LAWS[air.law], order, self.material.node_damping)

@@ -17,6 +17,7 @@ import functools
 
 from flag_sim.cloth import checks
 from flag_sim.cloth.forces import Forcing
+from flag_sim.cloth.holds import hold_outside, hold_reach
 from flag_sim.cloth.material import Air, Material
 from flag_sim.cloth.mesh import Mesh, resample
 from flag_sim.cloth.model import Model
@@ -46,20 +47,27 @@ class Cloth:
 
     rows, columns: of its grid. length, width: at rest [m]. hoist_top: where its upper hoist corner
     is held, (x, y, z) [m]. pinned: whether the hoist is held at all.
+    stretch_limit: no node of a pinned cloth ends a frame farther from the beginning of its row
+    than 1 + stretch_limit times its distance at rest; held: how many nodes that held back in the
+    last frame. pole: an upright cylinder (x, y, radius) [m] that the cloth stays out of.
 
-    material, air, gravity, stepping and solver may be changed between frames by assignment; regrid
-    keeps the motion too; hang and reset start anew. Everything raises ValueError for a value that
-    it cannot take, and then leaves the cloth as it was. Whatever is set, the state stays finite.
+    material, air, gravity, stepping, solver, stretch_limit and pole may be changed between frames
+    by assignment; regrid keeps the motion too; hang and reset start anew. Everything raises
+    ValueError for a value that it cannot take, and then leaves the cloth as it was. Whatever is
+    set, the state stays finite.
     """
 
     def __init__(self, rows=21, columns=31, length=2.25, width=1.5, hoist_top=(0.05, 0.0, 8.9), *,
                  pinned=True, material=None, air=None, gravity=9.81, stepping=None,
-                 solver='symplectic'):
+                 solver='symplectic', stretch_limit=1.0, pole=None):
         self._hoist_top = checks.vector('hoist_top', hoist_top, MAX_HOIST)
         self._material = material or Material()
         self.air = air or Air()
         self.gravity = gravity
         self.stepping = stepping or Stepping()
+        self.stretch_limit = stretch_limit
+        self.pole = pole
+        self.held = 0
         self._solver_name = _known_solver(solver)
         self._put_on(Mesh(rows, columns, length, width, pinned))
         self.reset()
@@ -92,6 +100,27 @@ class Cloth:
     @gravity.setter
     def gravity(self, gravity):
         self._gravity = checks.finite('gravity', gravity, -1e4, 1e4)
+
+    @property
+    def stretch_limit(self):
+        """Greatest strain from the hoist to a node."""
+        return self._stretch_limit
+
+    @stretch_limit.setter
+    def stretch_limit(self, limit):
+        self._stretch_limit = checks.finite('stretch_limit', limit, 0.0, 1e6)
+
+    @property
+    def pole(self):
+        """Return the cylinder (x, y, radius) [m] that the cloth stays out of, or None."""
+        return self._pole
+
+    @pole.setter
+    def pole(self, pole):
+        if pole is not None:
+            pole = checks.vector('pole', pole, MAX_HOIST)
+            checks.finite('radius of the pole', pole[2], above=0.0)
+        self._pole = pole
 
     @property
     def solver(self):
@@ -152,31 +181,59 @@ class Cloth:
         forcing = Forcing(checks.vector('wind', wind, MAX_WIND), self._gravity, self.air)
         steps = self._planned(dt, forcing)
         self._last_good[...] = self._state.data
-        state = self._solver.advance(
-            self._state, self._spare, forcing, dt / steps.granted, steps.granted)
+        step = dt / steps.granted
+        if self._pole is None:
+            self._take(forcing, step, steps.granted)
+        else:
+            # Held out of the pole after each step, lest a frame carries the cloth through.
+            for _ in range(steps.granted):
+                self._take(forcing, step, 1)
+                hold_outside(self._state.position, self._state.velocity, self._mesh.free,
+                             *self._pole, self._mesh.span)
+        self._hold_if_broken(steps, dt)
+        self._hold_reach()
+        return steps
+
+    def _take(self, forcing, step, count):
+        """Take count steps; the state is then where they ended."""
+        state = self._solver.advance(self._state, self._spare, forcing, step, count)
         if state is not self._state:
             self._state, self._spare = self._spare, self._state
-        self._hold_if_broken()
-        return steps
+
+    def _hold_reach(self):
+        """Bring back what is farther from the hoist than stretch_limit allows."""
+        mesh = self._mesh
+        if mesh.pinned:
+            hoist = tuple(mesh.grid(axis)[:, 0].copy() for axis in self._state.position)
+            self.held = hold_reach(self._state.position, self._state.velocity, hoist,
+                                   (1.0 + self._stretch_limit) * mesh.dx, mesh.free, mesh.columns,
+                                   mesh.span)
 
     def _planned(self, dt, forcing):
         """Return the Plan for a frame, and make the solver ready to carry it out."""
         drag = forcing.air.density * forcing.air.drag_coefficient > 0.0
         largest_step = functools.partial(self._solver.largest_step, drag=drag)
-        steps = plan(dt, *self._bounds, largest_step, self.stepping)
+        steps = plan(dt, *self._bounds, largest_step, self.stepping, self._solver.useful_step)
         factors = (steps.stiffness_factor, steps.damping_factor)
         if factors != self._solver.model.factors:
             self._solver = type(self._solver)(Model(self._mesh, self._material, *factors))
         return steps
 
-    def _hold_if_broken(self):
+    def _hold_if_broken(self, steps, dt):
         """Go back to the frame's start and raise if the state is out of bounds."""
         for values, limit, what in ((self._state.data[:3], MAX_DISTANCE, 'position'),
                                     (self._state.data[3:], MAX_SPEED, 'velocity')):
             if not _within(values.reshape(-1), limit):
                 self._state.data[...] = self._last_good
-                raise Diverged(f'a {what} is not finite or beyond {limit:g}; the cloth is held '
-                               'where the frame began')
+                raise Diverged(
+                    f'a {what} is not finite or beyond {limit:g} with solver {self.solver} in '
+                    f'{steps.granted} steps of {dt / steps.granted:.3g} s; the cloth is held '
+                    'where the frame began; symplectic is stable in steps of '
+                    f'{self._stable_step():.3g} s')
+
+    def _stable_step(self):
+        """Return the step [s] in which the default method is stable for the present dials."""
+        return SOLVERS['symplectic'].largest_step(*self._bounds) * self.stepping.step_safety
 
     def _put_on(self, mesh):
         """Take a mesh, with room for its state, the next one, and one to fall back on."""

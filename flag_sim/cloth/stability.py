@@ -84,22 +84,24 @@ def _largest_wave(spring, bend):
                4.0 * (across + down) + 16.0 * (bend_across + bend_down + twist))
 
 
-def plan(dt, omega, gamma, largest_step, stepping):
+def plan(dt, omega, gamma, largest_step, stepping, useful_step=math.inf):
     """
     Divide a frame of dt [s] into steps.
 
-    omega, gamma: the bounds above. largest_step(omega, gamma): the solver's, in seconds.
+    omega, gamma: the bounds above. largest_step(omega, gamma) and useful_step: the solver's [s].
 
     Over budget, the cloth is softened to what the granted steps carry. First its damping beyond
     the critical, 2 omega, is given up, since what is overdamped already creeps; then stiffness,
     and damping with its root, which keeps the damping ratio. As largest_step has the dimension of
     time, lowering omega and gamma by a factor lengthens it by the same.
     """
-    demanded = _count(dt / (stepping.step_safety * largest_step(omega, gamma)))
+    demanded = _count(dt / min(stepping.step_safety * largest_step(omega, gamma), useful_step))
     granted = min(max(demanded, stepping.substeps), stepping.substeps_limit)
     if granted >= demanded:
         return Plan(demanded, granted, 1.0, 1.0)
     needed = dt / (granted * stepping.step_safety)
+    if largest_step(omega, gamma) >= needed:
+        return Plan(demanded, granted, 1.0, 1.0)
     kept = min(gamma, 2.0 * omega)
     if largest_step(omega, kept) >= needed:
         kept = _bisect(lambda rate: largest_step(omega, rate) >= needed, kept, gamma)

@@ -24,6 +24,8 @@ face's velocity v is the mean of the nodes' with the same shares. So the power o
 F . v, and a flat sheet square to the wind is accelerated alike in all its nodes, corners
 included, because the shares are those of the face's mass.
 """
+import math
+
 from flag_sim.kernels import kernel
 import numpy as np
 
@@ -32,57 +34,79 @@ TINY = 1e-30
 """Squared area [m4] below which a face feels no wind, so that 0 / 0 gives zero, not NaN."""
 
 
+QUADRATIC, LINEAR, SEED = 0, 1, 2
+"""The laws of Air.law by number, for the kernels."""
+
+
 @kernel
-def _pressure(flux, ax, ay, az, drag, hold):
+def _pressure(flux, ax, ay, az, drag, hold, law, order):
     """
     Return the factor of the area vector a in the force on a face, given the flux u . a [m3/s].
 
-    drag: rho C_d / 2. hold: dt rho C_d / (the face's mass) [s/m3].
-    With u_n = flux / A the law is F = drag |flux| flux / A^2 a. Explicit steps of it overshoot
-    once dt is longer than m / (dF/du_n), so it is taken implicitly, linearised (Rosenbrock):
-    divided by 1 + dt dF/du_n / m = 1 + hold |flux|. However long the step, and however far the
-    face is stretched, its velocity then gains at most u_n / 2.
+    drag: rho C_d / 2, of air or of 1.3. hold: dt times the rate below, over |flux| or A.
+    With u_n = flux / A the laws are F = drag s u_n n, where s is |flux| for the quadratic law, A
+    times 1 m/s for the linear one, and 1 for n (n . w) to the letter (1.3).
+
+    Explicit steps of them overshoot once dt is longer than m / (dF/du_n), so F is divided by
+    1 + r^order, r = dt dF/du_n / m: for order 1 that is drag taken implicitly, linearised
+    (Rosenbrock), and for higher orders it is too small to be seen by a method of that order.
+    However long the step and however far the face is stretched, the quadratic law then changes
+    its velocity by at most u_n / 2 in a step.
     """
     area2 = max(ax * ax + ay * ay + az * az, TINY)
-    return drag * abs(flux) * flux / (area2 * (1.0 + hold * abs(flux)))
+    if law == QUADRATIC:
+        s = abs(flux)
+    elif law == LINEAR:
+        s = math.sqrt(area2)
+    else:
+        s = 1.0
+    r = hold * s
+    if order > 1:
+        r = r * r
+    if order > 2:
+        r = r * r
+    return drag * s * flux / (area2 * (1.0 + r))
 
 
 @kernel
-def wind_on_faces(position, velocity, wind, drag, hold, weights, faces, span):
+def wind_on_faces(position, velocity, wind, drag, hold, law, order, weights, faces, span):
     """
     Fill half the wind's force [N] on the upper and the lower face of each cell (1.3).
 
-    wind: (wx, wy, wz) [m/s]. faces: six flat arrays, x y z of the upper and of the lower faces.
+    wind: (wx, wy, wz) [m/s]. drag, hold, law, order: see _pressure. faces: six flat arrays, x y z
+    of the upper and of the lower faces.
     """
     x, y, z = position
     vx, vy, vz = velocity
     wx, wy, wz = wind
+    # The letter of 1.3 knows the wind alone, not the cloth's own velocity.
+    quarter, own = (0.0, 0.0) if law == SEED else (0.25, 0.5)
     upper_x, upper_y, upper_z, lower_x, lower_y, lower_z = faces
     first, last, stride = span
     for i in range(first, last):
         e, s, d = i + ONE, i + stride, i + stride + ONE
         half = 0.5 * weights.cell[i]
         # Velocity of the side that both faces share: a quarter of each of its ends.
-        sx = 0.25 * (vx[e] + vx[s])
-        sy = 0.25 * (vy[e] + vy[s])
-        sz = 0.25 * (vz[e] + vz[s])
+        sx = quarter * (vx[e] + vx[s])
+        sy = quarter * (vy[e] + vy[s])
+        sz = quarter * (vz[e] + vz[s])
 
         px, py, pz = x[e] - x[i], y[e] - y[i], z[e] - z[i]
         qx, qy, qz = x[s] - x[i], y[s] - y[i], z[s] - z[i]
         ax, ay, az = (0.5 * (py * qz - pz * qy), 0.5 * (pz * qx - px * qz),
                       0.5 * (px * qy - py * qx))
-        flux = ((wx - sx - 0.5 * vx[i]) * ax + (wy - sy - 0.5 * vy[i]) * ay
-                + (wz - sz - 0.5 * vz[i]) * az)
-        f = half * _pressure(flux, ax, ay, az, drag, hold)
+        flux = ((wx - sx - own * vx[i]) * ax + (wy - sy - own * vy[i]) * ay
+                + (wz - sz - own * vz[i]) * az)
+        f = half * _pressure(flux, ax, ay, az, drag, hold, law, order)
         upper_x[i], upper_y[i], upper_z[i] = f * ax, f * ay, f * az
 
         px, py, pz = x[s] - x[d], y[s] - y[d], z[s] - z[d]
         qx, qy, qz = x[e] - x[d], y[e] - y[d], z[e] - z[d]
         ax, ay, az = (0.5 * (py * qz - pz * qy), 0.5 * (pz * qx - px * qz),
                       0.5 * (px * qy - py * qx))
-        flux = ((wx - sx - 0.5 * vx[d]) * ax + (wy - sy - 0.5 * vy[d]) * ay
-                + (wz - sz - 0.5 * vz[d]) * az)
-        f = half * _pressure(flux, ax, ay, az, drag, hold)
+        flux = ((wx - sx - own * vx[d]) * ax + (wy - sy - own * vy[d]) * ay
+                + (wz - sz - own * vz[d]) * az)
+        f = half * _pressure(flux, ax, ay, az, drag, hold, law, order)
         lower_x[i], lower_y[i], lower_z[i] = f * ax, f * ay, f * az
 
 

@@ -68,10 +68,16 @@ PHYSICS = (
     Dial('gravity', 9.81, 'downward acceleration', 'm/s2', 0.0, 1000.0),
     Dial('air.density', 1.2, 'density of the air', 'kg/m3', 0.0, 1000.0),
     Dial('air.drag_coefficient', 1.17, 'drag of the faces across the wind', '', 0.0, 100.0),
+    Dial('air.law', 'quadratic', 'how the force on a face grows with the wind across it',
+         choices=('quadratic', 'linear', 'seed')),
+    Dial('solver', 'symplectic', 'method of the steps',
+         choices=('symplectic', 'verlet', 'rk4', 'xpbd', 'euler', 'seed')),
     Dial('substeps', 0, 'steps per frame at least; 0: as many as stability asks', '', 0, 100000),
     Dial('step_safety', 0.9, 'step as a share of the largest stable one', '', 0.01, 1.0),
     Dial('substeps_limit', 1000, 'steps per frame at most; beyond, the cloth is made softer',
          '', 1, 100000),
+    Dial('stretch_limit', 1.0, 'greatest strain from the hoist to any node', '', 0.0, 1e6),
+    Dial('pole_collision', False, 'keep the cloth out of the pole'),
     Dial('max_gap', 1.0, 'longest time between frames that is simulated', 's', 0.0, 3600.0),
 )
 

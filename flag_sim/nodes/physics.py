@@ -17,6 +17,7 @@ import sys
 
 from flag_sim.cloth.material import Air, Material
 from flag_sim.cloth.simulation import Cloth, Diverged
+from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.cloth.stability import Stepping
 from flag_sim.nodes import messages
 from flag_sim.nodes.dials import PHYSICS, SCENE
@@ -47,12 +48,17 @@ def material_of(values):
 
 def air_of(values):
     """Return the Air of the node's values {dial: value}."""
-    return Air(values['air.density'], values['air.drag_coefficient'])
+    return Air(values['air.density'], values['air.drag_coefficient'], values['air.law'])
 
 
 def stepping_of(values):
     """Return the Stepping of the node's values {dial: value}."""
     return Stepping(values['substeps'], values['step_safety'], values['substeps_limit'])
+
+
+def pole_of(values):
+    """Return the cylinder (x, y, radius) [m] that the cloth stays out of, or None."""
+    return (0.0, 0.0, 0.5 * values['pole.diameter']) if values['pole_collision'] else None
 
 
 class Physics(FrameServer):
@@ -62,6 +68,7 @@ class Physics(FrameServer):
         super().__init__('physics', SCENE + PHYSICS)
         self._time = None  # stamp that the cloth stands at [ns]; None: at rest, before any frame
         self._softened = False
+        self._held = 0  # nodes that stretch_limit held back in the last frame
         self._applied = dict(self.values)
         self._cloth = self._new_cloth(self.values)
         self._warm_up()
@@ -75,13 +82,16 @@ class Physics(FrameServer):
         hoist_top, length, width = hang_of(values)
         return Cloth(values['grid.rows'], values['grid.columns'], length, width, hoist_top,
                      material=material_of(values), air=air_of(values),
-                     gravity=values['gravity'], stepping=stepping_of(values))
+                     gravity=values['gravity'], stepping=stepping_of(values),
+                     solver=values['solver'], stretch_limit=values['stretch_limit'],
+                     pole=pole_of(values))
 
     def _warm_up(self):
         """Compile or load the kernels before the first frame."""
         slow = announce_when_slow(self, 'compiling the cloth kernels')
-        cloth = Cloth(3, 3)
-        cloth.advance(1e-3)
+        cloth = Cloth(3, 3, pole=(0.0, 0.0, 0.01))
+        for cloth.solver in SOLVERS:  # so that a change of solver does not wait for the compiler
+            cloth.advance(1e-3)
         cloth.normals()
         slow.cancel()
 
@@ -119,6 +129,9 @@ class Physics(FrameServer):
         self._cloth.air = air_of(values)
         self._cloth.gravity = values['gravity']
         self._cloth.stepping = stepping_of(values)
+        self._cloth.solver = values['solver']
+        self._cloth.stretch_limit = values['stretch_limit']
+        self._cloth.pole = pole_of(values)
 
     def _advance(self, dt, wind):
         if dt > self._applied['max_gap']:
@@ -133,7 +146,7 @@ class Physics(FrameServer):
 
     def _report(self, plan):
         """Say when the cloth begins to be softer than it should be, and when that ends."""
-        softened = plan.granted < plan.demanded
+        softened = min(plan.stiffness_factor, plan.damping_factor) < 1.0
         if softened and not self._softened:
             self.get_logger().warning(
                 f'the frame needs {plan.demanded} steps and substeps_limit allows {plan.granted}: '
@@ -142,6 +155,11 @@ class Physics(FrameServer):
         elif self._softened and not softened:
             self.get_logger().info('stiffness and damping are as they are set again')
         self._softened = softened
+        if self._cloth.held and not self._held:
+            self.get_logger().warning(
+                f'{self._cloth.held} nodes would stretch the cloth beyond stretch_limit = '
+                f'{self._applied["stretch_limit"]:g} and are held back')
+        self._held = self._cloth.held
 
     def answer(self, stamp, cloud):
         """Publish the frame's vertices."""

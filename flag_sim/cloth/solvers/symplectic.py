@@ -15,67 +15,9 @@
 """Symplectic (semi-implicit) Euler: velocity first, then position by the new velocity."""
 import math
 
-from flag_sim.cloth.forces import set_forces, Work
+from flag_sim.cloth.forces import set_forces
+from flag_sim.cloth.solvers.solver import Solver
 from flag_sim.kernels import kernel
-
-
-class Symplectic:
-    """
-    The method that the source text steps with (1.7 to 1.11), its units put right.
-
-    First order; conditionally stable: see largest_step. Springs and bending are explicit, the drag
-    of the wind and the nodes' own damping implicit. Without damping it keeps the energy within a
-    bound for ever, since it is symplectic.
-    """
-
-    order = 1
-
-    def __init__(self, model):
-        self.model = model
-        self._work = Work.of(model.mesh)
-
-    @staticmethod
-    def largest_step(omega, gamma, drag=True):
-        """
-        Return the largest stable step [s] for frequencies and damping rates up to omega and gamma.
-
-        A mode obeys v' = v - h (omega^2 x + gamma v), x' = x + h v'. Its amplification matrix has
-        determinant 1 - h gamma and trace 2 - h gamma - h^2 omega^2: both its eigenvalues are
-        within the unit circle (Jury) where h^2 omega^2 + 2 h gamma <= 4. The implicit drag takes
-        at most half of a velocity in a step, as h gamma = 1/2 would: with it, at most 3 is left.
-        """
-        room = 3.0 if drag else 4.0
-        rate = gamma + math.sqrt(gamma**2 + room * omega**2)
-        return room / rate if rate > 0.0 else math.inf
-
-    def step(self, state_in, state_out, forcing, dt):
-        """Read one state and write the state dt [s] later into another."""
-        self.advance(state_in, state_out, forcing, dt, 1)
-
-    def advance(self, state, spare, forcing, dt, count):
-        """
-        Take count steps of dt [s] from state; return the one of the two that holds the result.
-
-        Both are written to, in turn.
-        """
-        model = self.model
-        _advance(state.position, state.velocity, spare.position, spare.velocity, forcing.wind,
-                 model.mass, model.inverse_mass, model.mesh.weights, model.coefficients(forcing),
-                 self._work, dt, count, model.mesh.span)
-        return spare if count % 2 else state
-
-
-@kernel
-def _advance(position, velocity, position_out, velocity_out, wind, mass, inverse_mass, weights,
-             coefficients, work, dt, count, span):
-    """Take count steps, each from one pair of arrays to the other."""
-    keep = 1.0 / (1.0 + dt * coefficients.node_damping)
-    for _ in range(count):
-        set_forces(position, velocity, wind, mass, weights, coefficients, work, dt, span)
-        _update(position, velocity, work.force, inverse_mass, position_out, velocity_out, dt, keep,
-                span)
-        position, position_out = position_out, position
-        velocity, velocity_out = velocity_out, velocity
 
 
 @kernel
@@ -100,3 +42,44 @@ def _update(position, velocity, force, inverse_mass, position_out, velocity_out,
         x_out[i] = x[i] + dt * ux             # x = x0 + v: 1.10, with v in metres per second
         y_out[i] = y[i] + dt * uy
         z_out[i] = z[i] + dt * uz
+
+
+@kernel
+def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inverse_mass, weights,
+                coefficients, work, dt, count, span):
+    """Take count steps, each from one pair of arrays to the other."""
+    keep = 1.0 / (1.0 + dt * coefficients.node_damping)
+    for _ in range(count):
+        set_forces(position, velocity, wind, mass, weights, coefficients, work, dt, span)
+        _update(position, velocity, work.force, inverse_mass, position_out, velocity_out, dt, keep,
+                span)
+        position, position_out = position_out, position
+        velocity, velocity_out = velocity_out, velocity
+
+
+class Symplectic(Solver):
+    """
+    The method that the source text steps with (1.7 to 1.11), its units put right.
+
+    First order; conditionally stable: see largest_step. Springs and bending are explicit, the drag
+    of the wind and the nodes' own damping implicit. Without damping it keeps the energy within a
+    bound for ever, since it is symplectic.
+    """
+
+    order = 1
+
+    take_steps = staticmethod(_take_steps)
+
+    @staticmethod
+    def largest_step(omega, gamma, drag=True):
+        """
+        Return the largest stable step [s] for frequencies and damping rates up to omega and gamma.
+
+        A mode obeys v' = v - h (omega^2 x + gamma v), x' = x + h v'. Its amplification matrix has
+        determinant 1 - h gamma and trace 2 - h gamma - h^2 omega^2: both its eigenvalues are
+        within the unit circle (Jury) where h^2 omega^2 + 2 h gamma <= 4. The implicit drag takes
+        at most half of a velocity in a step, as h gamma = 1/2 would: with it, at most 3 is left.
+        """
+        room = 3.0 if drag else 4.0
+        rate = gamma + math.sqrt(gamma**2 + room * omega**2)
+        return room / rate if rate > 0.0 else math.inf

@@ -1,0 +1,72 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""What no node may do, whatever the forces: leave its place on the pole, or enter the pole."""
+import math
+
+from flag_sim.kernels import kernel
+import numpy as np
+
+
+@kernel
+def hold_reach(position, velocity, hoist, reach, free, columns, span):
+    """
+    Bring back every node that is farther from the hoist than the cloth reaches; return how many.
+
+    A long range attachment (Kim, Chentanez, Mueller-Fischer, Long Range Attachments, 2012): a node
+    in column c stays within c reach [m] of the node hoist[axis][row] that begins its row, and a
+    velocity outwards is taken from it.
+    """
+    x, y, z = position
+    vx, vy, vz = velocity
+    hx, hy, hz = hoist
+    first, last, stride = span
+    held = 0
+    for row in range(hx.size):
+        for column in range(1, columns):
+            i = first + np.uint64(row) * stride + np.uint64(column)
+            dx, dy, dz = x[i] - hx[row], y[i] - hy[row], z[i] - hz[row]
+            distance, longest = math.sqrt(dx * dx + dy * dy + dz * dz), reach * column
+            if distance > longest and free[i] > 0.0:
+                held += 1
+                dx, dy, dz = dx / distance, dy / distance, dz / distance
+                x[i] = hx[row] + longest * dx
+                y[i] = hy[row] + longest * dy
+                z[i] = hz[row] + longest * dz
+                out = max(vx[i] * dx + vy[i] * dy + vz[i] * dz, 0.0)
+                vx[i] -= out * dx
+                vy[i] -= out * dy
+                vz[i] -= out * dz
+    return held
+
+
+@kernel
+def hold_outside(position, velocity, free, center_x, center_y, radius, span):
+    """Put every node inside a vertical cylinder on its surface, and stop it moving inwards."""
+    x, y, _ = position
+    vx, vy, _ = velocity
+    first, last, _ = span
+    for i in range(first, last):
+        dx, dy = x[i] - center_x, y[i] - center_y
+        distance = math.sqrt(dx * dx + dy * dy)
+        if distance < radius and free[i] > 0.0:
+            if distance > 0.0:
+                dx, dy = dx / distance, dy / distance
+            else:
+                dx, dy = 1.0, 0.0
+            x[i] = center_x + radius * dx
+            y[i] = center_y + radius * dy
+            inwards = min(vx[i] * dx + vy[i] * dy, 0.0)
+            vx[i] -= inwards * dx
+            vy[i] -= inwards * dy

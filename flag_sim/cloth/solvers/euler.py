@@ -1,0 +1,79 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Explicit Euler: position and velocity both by the rates at the step's beginning."""
+import math
+
+from flag_sim.cloth.forces import set_forces
+from flag_sim.cloth.solvers.solver import Solver
+from flag_sim.kernels import kernel
+
+
+@kernel
+def _update(position, velocity, force, inverse_mass, position_out, velocity_out, dt, keep, span):
+    """Move the nodes; keep: what the nodes' damping leaves of a velocity in a step."""
+    x, y, z = position
+    vx, vy, vz = velocity
+    fx, fy, fz = force
+    x_out, y_out, z_out = position_out
+    vx_out, vy_out, vz_out = velocity_out
+    first, last, _ = span
+    for i in range(first, last):
+        t_m = dt * inverse_mass[i]
+        x_out[i] = x[i] + dt * vx[i]
+        y_out[i] = y[i] + dt * vy[i]
+        z_out[i] = z[i] + dt * vz[i]
+        vx_out[i] = (vx[i] + t_m * fx[i]) * keep
+        vy_out[i] = (vy[i] + t_m * fy[i]) * keep
+        vz_out[i] = (vz[i] + t_m * fz[i]) * keep
+
+
+@kernel
+def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inverse_mass, weights,
+                coefficients, work, dt, count, span):
+    """Take count steps, each from one pair of arrays to the other."""
+    keep = 1.0 / (1.0 + dt * coefficients.node_damping)
+    for _ in range(count):
+        set_forces(position, velocity, wind, mass, weights, coefficients, work, dt, span)
+        _update(position, velocity, work.force, inverse_mass, position_out, velocity_out, dt, keep,
+                span)
+        position, position_out = position_out, position
+        velocity, velocity_out = velocity_out, velocity
+
+
+class Euler(Solver):
+    """
+    The method that textbooks begin with, kept to show why the others exist.
+
+    First order. Unstable by nature: it feeds energy into every mode that nothing damps, such as
+    waves across a taut sheet, at the rate dt omega^2 / 2. The cloth is held where that ends badly.
+    """
+
+    order = 1
+    take_steps = staticmethod(_take_steps)
+
+    @staticmethod
+    def largest_step(omega, gamma, drag=True):
+        """
+        Return the largest step [s] that is stable for stretch, which the dashpots damp.
+
+        The amplification matrix has determinant 1 - h gamma + h^2 omega^2, at most 1 where
+        h <= gamma / omega^2, which is the same for all modes whose dashpots go with their springs;
+        overdamped modes need h gamma <= 1. Without dashpots no step is stable; half of what
+        the symplectic method takes then only delays the end.
+        """
+        del drag  # implicit, it never overshoots here
+        if gamma == 0.0:
+            return 1.0 / omega if omega > 0.0 else math.inf
+        return min(gamma / omega**2, 1.0 / gamma) if omega > 0.0 else 1.0 / gamma

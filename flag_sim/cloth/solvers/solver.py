@@ -1,0 +1,56 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""What all methods have in common."""
+import math
+
+from flag_sim.cloth.forces import Work
+
+
+class Solver:
+    """
+    A method for a model; derived classes say which.
+
+    order: of its error in the step. scratch: flat fields that its kernel needs beside the forces'.
+    useful_step: the longest step [s] worth taking, for methods whose largest stable one is
+    infinite. take_steps: the kernel; largest_step(omega, gamma, drag): the largest stable step
+    [s] for frequencies and damping rates up to omega and gamma.
+    """
+
+    order = 1
+    scratch = 0
+    useful_step = math.inf
+
+    def __init__(self, model):
+        self.model = model
+        self._work = Work.of(model.mesh)
+        self._scratch = (tuple(model.mesh.fields(self.scratch)),) if self.scratch else ()
+
+    def step(self, state_in, state_out, forcing, dt):
+        """Read one state and write the state dt [s] later into another."""
+        self.advance(state_in, state_out, forcing, dt, 1)
+
+    def advance(self, state, spare, forcing, dt, count):
+        """
+        Take count steps of dt [s] from state; return the one of the two that holds the result.
+
+        Both are written to, in turn.
+        """
+        model = self.model
+        self.take_steps(
+            state.position, state.velocity, spare.position, spare.velocity, forcing.wind,
+            model.mass, model.inverse_mass, model.mesh.weights,
+            model.coefficients(forcing, self.order), self._work, *self._scratch, dt, count,
+            model.mesh.span)
+        return spare if count % 2 else state
