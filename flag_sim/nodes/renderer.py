@@ -16,12 +16,12 @@
 import sys
 import time
 
-from flag_sim.drawing import Camera, Light, Material, Materials, Picture, Scene, Style
+from flag_sim.drawing import Picture
 from flag_sim.nodes import messages
 from flag_sim.nodes.dials import RENDERER, SCENE
 from flag_sim.nodes.frames import Tag
 from flag_sim.nodes.life import announce_when_slow, run
-from flag_sim.nodes.look import Look, look_of
+from flag_sim.nodes.look import look_of
 from flag_sim.nodes.server import FrameServer
 from flag_sim.nodes.topics import DEPTH, publish, subscribe
 import numpy as np
@@ -61,14 +61,10 @@ class Renderer(FrameServer):
             f'{self.values["width"]} x {self.values["height"]} pixels, waiting for vertices')
 
     def _warm_up(self):
-        """Compile or load the kernels before the first frame, for every kind of picture."""
+        """Compile or load the kernels of the present kind of picture before the first frame."""
         slow = announce_when_slow(self, 'compiling the drawing kernels')
         square = np.array([[[0.0, 0.0, 9.0], [1.0, 0.0, 9.0]], [[0.0, 0.0, 8.0], [1.0, 0.0, 8.0]]])
-        shiny = Material(specular=1.0)
-        every = Style(samples=4, hidden_surface='painter', shading='flat', outline=True)
-        for look in (look_of(self.values), Look(Camera(64, 48), Light(elevation=1.0),
-                                                Materials(shiny, shiny, shiny), Scene(), every)):
-            Picture().draw(square, None, *look)
+        Picture().draw(square, None, *look_of(self.values))
         slow.cancel()
 
     def check(self, values):

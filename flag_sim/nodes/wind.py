@@ -31,7 +31,7 @@ from geometry_msgs.msg import Vector3, Vector3Stamped
 from rclpy.clock import Clock, ClockType
 from rosgraph_msgs.msg import Clock as ClockMessage
 
-LOOK_AGAIN = 0.1  # how often lockstep looks for overdue frames [s]
+LOOK_AGAIN = 0.2  # how often lockstep looks for overdue frames [s]
 FIRST_RESEND = 0.2  # while nobody has ever answered, the graph is still coming together [s]
 REPORT = 5.0  # time between reports of missed frames [s]
 
