@@ -179,10 +179,10 @@ EXTREMES = int(os.environ.get('FLAG_SIM_EXTREMES', 200))
 @pytest.mark.parametrize('part', range(10))
 def test_random_extremes_stay_bounded(solver, part):
     """
-    Finite, within reach of the hoist, and not much faster than wind and fall could make them.
+    Finite, and within reach of the hoist, while the dials change twice on the way.
 
-    The dials change twice on the way. A cloth that is drawn in from far beyond its length may
-    whip at many times the wind's speed, so only what a scheme that diverges would do is refused.
+    Speed has no bound here: a cloth that is drawn in from far beyond its length whips at many
+    times the wind's.
     """
     rng = np.random.default_rng(part)
     for _ in range(EXTREMES // 10):

@@ -21,7 +21,7 @@ from flag_sim.cloth.stability import Stepping
 from flag_sim.nodes import messages
 from flag_sim.nodes.dials import PHYSICS, SCENE
 from flag_sim.nodes.life import announce_when_slow, run
-from flag_sim.nodes.server import FrameServer
+from flag_sim.nodes.server import FrameServer, WARN_EVERY
 from flag_sim.nodes.topics import publish
 
 
@@ -160,7 +160,8 @@ class Physics(FrameServer):
         if self._cloth.held and not self._held:
             self.get_logger().warning(
                 f'{self._cloth.held} nodes would stretch the cloth beyond stretch_limit = '
-                f'{self._applied["stretch_limit"]:g} and are held back')
+                f'{self._applied["stretch_limit"]:g} and are held back',
+                throttle_duration_sec=WARN_EVERY)
         self._held = self._cloth.held
 
     def answer(self, stamp, cloud):
