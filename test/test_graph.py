@@ -106,18 +106,28 @@ def test_the_flag_is_on_the_pixels_that_camera_info_says(plain_bag):
 @pytest.mark.parametrize('source, nodes', [
     ('parameters', ('physics', 'renderer')), ('vertices', ('renderer',))])
 def test_a_bag_plays_to_the_same_images(plain_bag, tmp_path, source, nodes):
-    """The parameters alone, or the vertices alone, give the pictures again, byte for byte."""
-    # The sun is keyed: vertices alone are drawn in the light of the renderer's own parameters.
+    """
+    The parameters alone give the pictures again, byte for byte.
+
+    The sun is keyed in this shot. Vertices alone are drawn in the light of the renderer's own
+    parameters, here that of the first key: so the first picture is the same, and the last is not.
+    """
     topics = '[camera/image_raw, vertices]'
+    morning = (*SMALL, '-p', 'sun.elevation:=0.2')
     with Graph(tmp_path / 'log') as graph:
         for node in nodes:
-            graph.start(node, *(SMALL if node == 'renderer' else ()))
+            graph.start(node, *(morning if node == 'renderer' else ()))
         graph.start('recorder', '-p', f'path:={tmp_path / "bag"}', '-p', f'topics:={topics}')
         graph.start('player', '-p', f'path:={plain_bag}', '-p', 'pace:=lockstep', '-p',
                     f'topics:=[{source}]', '-p', 'wait_for:=[renderer, recorder]')
         assert graph.wait('player', 60.0) == 0, graph.log('player')
     if source == 'parameters':
         assert_same_data(plain_bag, tmp_path / 'bag')
+    else:
+        before, after = ([message.data for _, message in messages_of(bag, '/camera/image_raw')]
+                         for bag in (plain_bag, tmp_path / 'bag'))
+        assert np.array_equal(before[0], after[0])
+        assert not np.array_equal(before[-1], after[-1])
     stamps = [time for time, _ in messages_of(tmp_path / 'bag', '/camera/image_raw')]
     assert stamps == [round(n * 1e9 / 30.0) for n in range(FRAMES)]
 
