@@ -16,16 +16,14 @@
 import math
 
 from flag_sim.cloth import Air, Cloth, Material, Stepping
-from flag_sim.cloth.energy import (bending_energy, elastic_energy, kinetic_energy,
-                                   potential_energy)
 from flag_sim.cloth.forces import Forcing
 from flag_sim.cloth.model import Model
 from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.cloth.state import State
 import numpy as np
 import pytest
+from support.cloths import energy, hanging, VACUUM
 
-VACUUM = Air(density=0.0)
 LIMP = Material(stiffness=0.0, shear_stiffness=0.0, bend_stiffness=0.0)
 
 pytestmark = pytest.mark.parametrize('solver', SOLVERS)
@@ -43,20 +41,6 @@ def claims(solver, *properties):
     for name in properties:
         if solver in CLAIMS_NOT[name]:
             pytest.skip(f'{solver} does not claim {name}')
-
-
-def hanging(cloth):
-    """Return positions that let the cloth hang down from its hoist: columns become heights."""
-    flat = cloth.positions - cloth.hoist_top
-    return np.stack([-flat[..., 2], flat[..., 1], -flat[..., 0]], axis=-1) + cloth.hoist_top
-
-
-def energy(cloth, gravity):
-    """Return all the energy that the cloth has [J]."""
-    model = Model(cloth.mesh, cloth.material)
-    return (kinetic_energy(model, cloth.velocities) + elastic_energy(model, cloth.positions)
-            + bending_energy(model, cloth.positions)
-            + potential_energy(model, cloth.positions, gravity))
 
 
 def test_free_fall(solver):
@@ -117,37 +101,6 @@ def test_stretch_under_own_weight(solver, columns):
     np.testing.assert_allclose(longer, expected, rtol=0.03 if sweeps else 1e-6)
 
 
-def bessel_j0(x):
-    """Return the Bessel function J0 by its integral."""
-    angles = (np.arange(200) + 0.5) * math.pi / 200
-    return np.cos(np.multiply.outer(x, np.sin(angles))).mean(axis=-1)
-
-
-def test_hanging_chain_swings_in_its_first_mode(solver):
-    """Omega = (j01 / 2) sqrt(g / L) for an inextensible strip; found from the first quarter."""
-    claims(solver, 'undamped')
-    length, columns = 1.0, 31
-    material = Material(0.2, 3000.0, 0.0, 0.0, damping=0.0)
-    cloth = Cloth(2, columns, length, 0.1, material=material, air=VACUUM, solver=solver)
-    straight = hanging(cloth)
-    j01 = 2.404825557695773
-    height = 1.0 - np.linspace(0.0, 1.0, columns)
-    mode = bessel_j0(j01 * np.sqrt(height))
-    swung = straight.copy()
-    swung[..., 1] += 1e-3 * mode
-    cloth.place(swung)
-    omega = 0.5 * j01 * math.sqrt(9.81 / length)
-    frame = 0.25 * 2.0 * math.pi / omega / 50
-    amplitudes = [1.0]
-    while amplitudes[-1] > 0.0:
-        cloth.advance(frame)
-        amplitudes.append(float(np.sum(cloth.positions[0, :, 1] * mode) / np.sum(mode**2) / 1e-3))
-    before, after = amplitudes[-2:]
-    quarter = frame * (len(amplitudes) - 2 + before / (before - after))
-    # A chain of 30 links is half a percent slower than the continuum, and it stretches by 0.03 %.
-    assert 0.5 * math.pi / quarter == pytest.approx(omega, rel=0.01)
-
-
 def test_a_falling_flat_sheet_reaches_its_terminal_speed(solver):
     """Speed v_t tanh(g t / v_t) with v_t = sqrt(2 density g / (rho C_d)), in all nodes alike."""
     claims(solver, 'friction')
@@ -162,27 +115,6 @@ def test_a_falling_flat_sheet_reaches_its_terminal_speed(solver):
         expected = -terminal * math.tanh(9.81 * 0.02 * frame / terminal)
         np.testing.assert_allclose(cloth.velocities[..., 2], expected, rtol=2e-3)
     assert np.abs(cloth.velocities[..., 2] + terminal).max() < 0.01 * terminal
-
-
-def test_order_of_the_method(solver):
-    """The error of a smooth motion falls with the step as the solver claims."""
-    model = Model(Cloth(5, 7).mesh, Material(bend_stiffness=0.01))
-    positions = model.mesh.rest((0.0, 0.0, 0.0))
-    positions[..., 1] += 0.1 * positions[..., 0]**2
-    forcing = Forcing((3.0, 2.0, 1.0), 9.81, Air())
-    span = 0.02
-
-    def after(count):
-        state, spare = State(model.mesh), State(model.mesh)
-        state.place(positions)
-        return SOLVERS[solver](model).advance(
-            state, spare, forcing, span / count, count).positions()
-
-    counts = np.array([64, 128, 256]) * (4 if SOLVERS[solver].order == 1 else 1)
-    exact = after(counts[-1] * 64)
-    errors = [np.linalg.norm(after(count) - exact) for count in counts]
-    slopes = -np.diff(np.log2(errors))
-    assert slopes == pytest.approx(np.full(2, SOLVERS[solver].order), abs=0.1)
 
 
 def test_step_is_advance_of_one(solver):

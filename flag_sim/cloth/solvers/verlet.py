@@ -32,7 +32,12 @@ def _accelerate(force, inverse_mass, acceleration, span):
 
 @kernel
 def _drift(position, velocity, acceleration, position_out, velocity_out, dt, keep, span):
-    """Move the nodes by x + h v + h^2/2 a; write the predicted velocity v + h a."""
+    """
+    Move the nodes by x + h v + h^2/2 a; write the predicted velocity v + h a.
+
+    Both halves of the nodes' damping are in the prediction: forces taken without the second would
+    be first order where they depend on the velocity.
+    """
     first, last, _ = span
     for axis in range(3):
         x, v, a = position[axis], velocity[axis], acceleration[axis]
@@ -40,7 +45,7 @@ def _drift(position, velocity, acceleration, position_out, velocity_out, dt, kee
         for i in range(first, last):
             u = v[i] * keep
             x_out[i] = x[i] + dt * (u + 0.5 * dt * a[i])
-            v_out[i] = u + dt * a[i]
+            v_out[i] = (u + dt * a[i]) * keep
 
 
 @kernel
@@ -51,7 +56,7 @@ def _kick(velocity, force, inverse_mass, acceleration, dt, keep, span):
         v, f, a = velocity[axis], force[axis], acceleration[axis]
         for i in range(first, last):
             after = f[i] * inverse_mass[i]
-            v[i] = (v[i] + 0.5 * dt * (after - a[i])) * keep
+            v[i] += 0.5 * dt * (after - a[i]) * keep
             a[i] = after
 
 
