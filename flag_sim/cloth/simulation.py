@@ -31,8 +31,10 @@ MAX_DISTANCE = 1e9
 """Greatest coordinate [m]: beyond, float64 does not resolve a tenth of a micrometre."""
 MAX_HOIST = 1e6
 """Greatest coordinate of the hoist [m]."""
-MAX_WIND = 1e3
-"""Greatest wind along an axis [m/s]: three times the speed of sound."""
+MAX_WIND = 1e4
+"""Greatest wind along an axis [m/s]: the strongest gusts in a wind of 200 m/s, and to spare."""
+MAX_FRAME = 3600.0
+"""Longest frame [s]."""
 MAX_SPEED = 1e7
 """Greatest speed along an axis [m/s]: a free fall of eleven days."""
 
@@ -65,12 +67,12 @@ class Cloth:
         self.air = air or Air()
         self.gravity = gravity
         self.stepping = stepping or Stepping()
-        self.stretch_limit = stretch_limit
         self.pole = pole
         self.held = 0
         self._solver_name = _known_solver(solver)
         self._put_on(Mesh(rows, columns, length, width, pinned))
         self.reset()
+        self.stretch_limit = stretch_limit
 
     @property
     def mesh(self):
@@ -103,12 +105,13 @@ class Cloth:
 
     @property
     def stretch_limit(self):
-        """Greatest strain from the hoist to a node."""
+        """Greatest strain from the hoist to a node; a lower one counts at once."""
         return self._stretch_limit
 
     @stretch_limit.setter
     def stretch_limit(self, limit):
         self._stretch_limit = checks.finite('stretch_limit', limit, 0.0, 1e6)
+        self._hold_reach()
 
     @property
     def pole(self):
@@ -177,7 +180,7 @@ class Cloth:
 
         Raises Diverged if the frame went out of bounds: the cloth then still stands at its start.
         """
-        dt = checks.finite('dt', dt, high=1e3, above=0.0)
+        dt = checks.finite('dt', dt, high=MAX_FRAME, above=0.0)
         forcing = Forcing(checks.vector('wind', wind, MAX_WIND), self._gravity, self.air)
         steps = self._planned(dt, forcing)
         self._last_good[...] = self._state.data

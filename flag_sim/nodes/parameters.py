@@ -105,6 +105,10 @@ class DialNode(Node):
     def apply(self, changed):
         """Let the new values of the names in `changed` count."""
 
+    def set_parameters(self, parameter_list):
+        """Set each of the parameters that may be set; rclpy's own goes round the checks below."""
+        return [self.set_parameters_atomically([parameter]) for parameter in parameter_list]
+
     def set_parameters_atomically(self, parameter_list):
         """Set all of the parameters or, with the reason, none."""
         try:

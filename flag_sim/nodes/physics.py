@@ -15,8 +15,10 @@
 """The physics node: moves the cloth to the time of every frame and publishes its vertices."""
 import sys
 
+from flag_sim.cloth import checks
 from flag_sim.cloth.material import Air, Material
-from flag_sim.cloth.simulation import Cloth, Diverged
+from flag_sim.cloth.mesh import Mesh
+from flag_sim.cloth.simulation import Cloth, Diverged, MAX_WIND
 from flag_sim.cloth.stability import Stepping
 from flag_sim.nodes import messages
 from flag_sim.nodes.dials import PHYSICS, SCENE
@@ -103,6 +105,12 @@ class Physics(FrameServer):
         if values['pole.diameter'] >= values['pole.height']:
             raise ValueError(f"pole.diameter {values['pole.diameter']:g} m must be less than "
                              f"pole.height {values['pole.height']:g} m")
+        _, length, width = hang_of(values)
+        Mesh(2, 2, length, width)  # refuses a size that no grid has
+
+    def check_wind(self, wind):
+        """Refuse a wind that the cloth does not take."""
+        checks.vector('wind', wind, MAX_WIND)
 
     def restart(self, tag):
         """Lay the cloth out again."""
@@ -112,6 +120,8 @@ class Physics(FrameServer):
 
     def work(self, tag, wind, values):
         """Return the frame's PointCloud2."""
+        if self._time is not None and tag.stamp < self._time:
+            self.restart(tag)
         if values != self._applied:
             self._configure(values)
         if self._time is not None:

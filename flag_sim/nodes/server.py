@@ -38,6 +38,9 @@ class FrameServer(DialNode):
         # The network cannot deliver before it is spun, and it is spun only once all is ready.
         subscribe(self, 'parameters', self._on_parameters)
 
+    def check_wind(self, wind):
+        """Raise ValueError for a wind (3,) [m/s] that the node cannot work with."""
+
     def restart(self, tag):
         """Forget the take that was played; another one begins with the frame `tag`."""
 
@@ -57,6 +60,7 @@ class FrameServer(DialNode):
     def _on_parameters(self, message, info):
         try:
             tag, wind, keyed = messages.read_parameters(message)
+            self.check_wind(wind)
             values = self._values_of_frame(keyed)
         except ValueError as error:
             self.refuse('parameters', error)

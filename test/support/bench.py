@@ -1,0 +1,69 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""A physics node in this process, fed with messages as the network would feed it."""
+from flag_sim.nodes import messages
+from flag_sim.nodes.frames import Tag
+from flag_sim.nodes.physics import Physics
+from rclpy.parameter import Parameter
+
+WIND = (6.0, 2.0, 0.5)
+SENDER = {'publisher_gid': {'data': [0] * 16}}
+
+
+class Bench:
+    """
+    The node and what it answers; nothing is spun, every call is the whole of its work.
+
+    ROS must have been initialised; `close` the bench at the end.
+    """
+
+    def __init__(self):
+        self.node = Physics()
+        self.clouds = []
+        publish = self.node.answer
+
+        def answer(stamp, cloud):
+            self.clouds.append(cloud)
+            publish(stamp, cloud)
+        self.node.answer = answer
+        self._hear = next(subscription for subscription in self.node.subscriptions
+                          if subscription.topic_name == '/parameters').callback
+        self._index = 0
+
+    def hear(self, message):
+        """Let a message arrive on `parameters`; return the cloud that it is answered by, or None."""
+        before = len(self.clouds)
+        self._hear(message, SENDER)
+        return self.clouds[-1] if len(self.clouds) > before else None
+
+    def message(self, time, wind=WIND, keyed=None):
+        """Return the `parameters` message of the take's next frame, at a time [s]."""
+        tag = Tag(round(time * 1e9), 1, self._index, self._index)
+        self._index += 1
+        return messages.parameters_message('/wind', tag, wind, keyed or {})
+
+    def frame(self, time, wind=WIND, keyed=None):
+        """Play a frame at a time [s]; return the positions (rows, columns, 3) [m], or None."""
+        cloud = self.hear(self.message(time, wind, keyed))
+        return None if cloud is None else messages.read_cloud(cloud)[0]
+
+    def put(self, **values):
+        """Set parameters, all of them or none, as the service does; return its result."""
+        return self.node.set_parameters_atomically(
+            [Parameter(name, value=value) for name, value in values.items()])
+
+    def close(self):
+        """End the node."""
+        self.node.destroy_node()

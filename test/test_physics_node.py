@@ -1,0 +1,195 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The physics node given what is wrong, and time and dials that jump: it refuses or goes on."""
+from dataclasses import replace
+
+from flag_sim.cloth import Cloth
+from flag_sim.nodes import messages
+from flag_sim.nodes.frames import Tag
+from flag_sim.nodes.parameters import BadParameter
+from flag_sim.nodes.physics import Physics
+import numpy as np
+import pytest
+import rclpy
+from support.bench import Bench, WIND
+
+FRAME = 1.0 / 30.0
+COUNT = 12
+
+
+@pytest.fixture
+def bench(domain):
+    """Give a physics node at its defaults."""
+    with rclpy.init(domain_id=domain):
+        bench = Bench()
+        yield bench
+        bench.close()
+
+
+def advance(cloth, n):
+    """Move a cloth of the library to frame n; stamps are whole nanoseconds."""
+    cloth.advance((round(n * FRAME * 1e9) - round((n - 1) * FRAME * 1e9)) * 1e-9, WIND)
+
+
+def library(frames, cloth=None):
+    """Return the positions after so many frames by the library alone, as the node sends them."""
+    cloth = cloth or Cloth()
+    for n in range(1, frames):
+        advance(cloth, n)
+    return cloth.positions.astype(np.float32)
+
+
+def play(bench, frames, start=0):
+    """Play frames of a thirtieth of a second; return the last one's positions."""
+    for n in range(start, start + frames):
+        positions = bench.frame(n * FRAME)
+    return positions
+
+
+def test_the_node_adds_nothing_to_the_library(bench):
+    """A frame announces the state at its time: the first is the cloth at rest."""
+    assert np.array_equal(play(bench, COUNT), library(COUNT))
+
+
+@pytest.mark.parametrize('wind', [
+    [], [1.0, 2.0], [1.0, 2.0, 3.0, 4.0], [np.nan, 0.0, 0.0], [0.0, np.inf, 0.0],
+    [0.0, 0.0, -1e5], ['a', 'b', 'c']], ids=str)
+def test_a_wind_that_is_none_is_refused_and_nothing_is_lost(bench, capfd, wind):
+    """Of a wrong length, not finite, or beyond all bounds; the good frames are as without it."""
+    play(bench, 6)
+    message = bench.message(6 * FRAME)
+    bad = messages.parameters_message('/wind', Tag(0, 1, 6, 6), [0.0] * 3, {})
+    next(p for p in bad.changed_parameters if p.name == 'wind').value = \
+        messages.to_parameter('wind', wind, float).to_parameter_msg().value
+    assert bench.hear(bad) is None
+    assert 'a message on parameters is refused: wind must be' in capfd.readouterr().err
+    bench.hear(message)
+    assert np.array_equal(play(bench, COUNT - 7, 7), library(COUNT))
+
+
+@pytest.mark.parametrize('keyed, rule', [
+    ({'area_density': 0.0}, 'area_density must be a number from 1e-06'),
+    ({'area_density': -1.0}, 'not -1.0'),
+    ({'stiffness': float('nan')}, 'not nan'),
+    ({'gravity': float('inf')}, 'not inf'),
+    ({'grid.rows': 1}, 'grid.rows must be a whole number from 2'),
+    ({'grid.columns': 10**9}, 'not 1000000000'),
+    ({'grid.rows': 5.0}, 'not 5.0'),
+    ({'solver': 'magic'}, "not 'magic'"),
+    ({'stiffness': 'soft'}, "not 'soft'"),
+    ({'colour': 3.0}, "no parameter 'colour'"),
+    ({'flag.length': 1e-5}, 'flag.length must be between 0.001'),
+    ({'pole.diameter': 9.0}, 'must be less than pole.height')], ids=str)
+def test_a_keyed_value_that_is_none_is_refused_and_nothing_is_lost(bench, capfd, keyed, rule):
+    """The whole message is refused, with the rule and the value, and can be sent again right."""
+    play(bench, 6)
+    right = bench.message(6 * FRAME)
+    wrong = messages.parameters_message(
+        '/wind', Tag(0, 1, 6, 6), WIND, {f'physics.{name}': v for name, v in keyed.items()})
+    assert bench.hear(wrong) is None
+    said = capfd.readouterr().err
+    assert 'a message on parameters is refused' in said and rule in said
+    bench.hear(right)
+    assert np.array_equal(play(bench, COUNT - 7, 7), library(COUNT))
+
+
+@pytest.mark.parametrize('arguments, rule', [
+    ('area_density:=0.0', 'area_density must be a number from 1e-06 to 1e+06 [kg/m2], not 0.0'),
+    ('area_density:=-0.2', 'not -0.2'),
+    ('stiffness:=.nan', 'not nan'),
+    ('damping:=.inf', 'not inf'),
+    ('grid.rows:=1', 'grid.rows must be a whole number from 2 to 1001 [nodes], not 1'),
+    ('grid.columns:=1000000000', 'not 1000000000'),
+    ('flag.length:=1e-5', 'flag.length must be between 0.001 and 10000, not 1e-05'),
+    ('solver:=magic', "not 'magic'")])
+def test_a_bad_start_is_refused(domain, arguments, rule):
+    """The process then ends with one line; test_parameters has that for every node."""
+    with rclpy.init(args=['--ros-args', '-p', arguments], domain_id=domain):
+        with pytest.raises(BadParameter) as error:
+            Physics()
+    assert rule in str(error.value)
+
+
+def test_time_that_stands_still_moves_nothing(bench):
+    """The frame is answered with its stamp, and the cloth goes on from there."""
+    before = play(bench, 6)
+    assert np.array_equal(bench.frame(5 * FRAME), before)
+    assert np.array_equal(play(bench, COUNT - 6, 6), library(COUNT))
+
+
+def test_a_gap_longer_than_max_gap_is_not_simulated(bench, capfd):
+    """It is said, and the cloth stands still over it."""
+    before = play(bench, 6)
+    assert np.array_equal(bench.frame(1e9), before)
+    assert 'more than max_gap = 1 s: the cloth stands still' in capfd.readouterr().err
+    assert not np.array_equal(bench.frame(1e9 + FRAME), before)
+
+
+def test_the_longest_gap_that_can_be_allowed_is_simulated(bench):
+    """An hour in one frame: softened, and in its bounds."""
+    assert bench.put(max_gap=3600.0).successful
+    play(bench, 6)
+    assert np.isfinite(bench.frame(5 * FRAME + 3600.0)).all()
+
+
+@pytest.mark.parametrize('take', [1, 2, None])
+def test_time_that_jumps_back_lays_the_cloth_out_again(bench, take):
+    """In the same take, in a new one, and typed by hand."""
+    play(bench, COUNT)
+    if take is None:
+        for time in (10.0, 4.0):
+            message = messages.parameters_message('/hand', Tag(0, 0, 0, 0), WIND, {})
+            message.stamp = messages.to_time(round(time * 1e9))
+            del message.changed_parameters[1:4]
+            cloud = bench.hear(message)
+    else:
+        index = COUNT if take == 1 else 0
+        cloud = bench.hear(messages.parameters_message(
+            '/wind', Tag(100, take, index, index), WIND, {}))
+    assert np.array_equal(messages.read_cloud(cloud)[0], library(1))
+
+
+@pytest.mark.parametrize('dial, value, attribute', [
+    ('stiffness', 300.0, 'material'), ('area_density', 0.5, 'material'), ('gravity', 3.0, None),
+    ('air.drag_coefficient', 0.3, 'air'), ('solver', 'rk4', None), ('substeps', 300, 'stepping'),
+    ('stretch_limit', 0.01, None)], ids=str)
+@pytest.mark.parametrize('way', ['set', 'keyed'])
+def test_a_dial_that_changes_between_two_frames_counts_from_the_next(bench, dial, value, attribute,
+                                                                    way):
+    """Whether a user sets it or a key does, the motion goes on just as the library's."""
+    cloth = Cloth()
+    library(6, cloth)
+    name = dial.split('.')[-1]
+    part = replace(getattr(cloth, attribute), **{name: value}) if attribute else value
+    setattr(cloth, attribute or name, part)
+    play(bench, 6)
+    if way == 'set':
+        assert bench.put(**{dial: value}).successful
+    for n in range(6, COUNT):
+        keyed = {f'physics.{dial}': value} if way == 'keyed' else {}
+        positions = bench.frame(n * FRAME, keyed=keyed)
+        advance(cloth, n)
+    assert np.array_equal(positions, cloth.positions.astype(np.float32))
+    assert not np.array_equal(positions, library(COUNT))
+
+
+def test_a_lower_stretch_limit_counts_at_once(bench):
+    """In a frame in which time stands still, too."""
+    play(bench, COUNT)
+    assert bench.put(stretch_limit=0.0).successful
+    positions = bench.frame((COUNT - 1) * FRAME)
+    reach = np.linalg.norm(positions - positions[:, :1], axis=-1)
+    # float32 metres, 9 m above the ground.
+    assert np.all(reach <= 2.25 / 30 * np.arange(31) + 1e-6)
