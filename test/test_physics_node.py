@@ -166,8 +166,8 @@ def test_time_that_jumps_back_lays_the_cloth_out_again(bench, take):
     ('air.drag_coefficient', 0.3, 'air'), ('solver', 'rk4', None), ('substeps', 300, 'stepping'),
     ('stretch_limit', 0.01, None)], ids=str)
 @pytest.mark.parametrize('way', ['set', 'keyed'])
-def test_a_dial_that_changes_between_two_frames_counts_from_the_next(bench, dial, value, attribute,
-                                                                    way):
+def test_a_dial_that_changes_between_frames_counts_from_the_next(bench, dial, value, attribute,
+                                                                 way):
     """Whether a user sets it or a key does, the motion goes on just as the library's."""
     cloth = Cloth()
     library(6, cloth)

@@ -43,7 +43,7 @@ class Bench:
         self._index = 0
 
     def hear(self, message):
-        """Let a message arrive on `parameters`; return the cloud that it is answered by, or None."""
+        """Let a message arrive on `parameters`; return the cloud that answers it, or None."""
         before = len(self.clouds)
         self._hear(message, SENDER)
         return self.clouds[-1] if len(self.clouds) > before else None
