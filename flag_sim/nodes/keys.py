@@ -32,8 +32,19 @@ def key_name(track, part):
     return f'keys.{track}.{part}'
 
 
+def is_key_name(name):
+    """Say whether a parameter holds one part of a track's keys."""
+    return name.startswith('keys.') and name.endswith(tuple(f'.{part}' for part in PARTS))
+
+
+def track_of(name):
+    """Return the track of which parameter `name` holds one part of the keys."""
+    return name.removeprefix('keys.').rpartition('.')[0]
+
+
 def accept_keys(name, value):
     """Return the value of a parameter `keys.*` in its own type, or raise ValueError."""
+    target_dial(track_of(name))
     if not isinstance(value, (list, tuple)) and not hasattr(value, 'tolist'):
         raise ValueError(f'{name} must be a list, not {value!r}')
     values = list(value)
@@ -111,20 +122,20 @@ def _read_events(values):
 
 def values_at(timeline, time):
     """Return {track name: value at `time` [s]} as the parameters take them."""
-    return {name: _as_parameter(target_dial(name), value)
-            for name, value in timeline.at(time).items()}
+    return {name: _to_parameter(name)(value) for name, value in timeline.at(time).items()}
 
 
-def _as_parameter(dial, value):
-    """Return a value in the dial's type: whole numbers rounded, directions within a turn."""
-    if dial.is_list:
-        return np.asarray(value, float).tolist()
+@functools.lru_cache(maxsize=None)
+def _to_parameter(track):
+    """Return the function that brings a track's values into the type of what it animates."""
+    dial = target_dial(track)
     if _is_whole(dial):
-        return round(value)
-    if isinstance(dial.default, float):
-        value = float(value)
-        return math.remainder(value, TURN) if is_angle(dial) and abs(value) > TURN else value
-    return value
+        return round
+    return _within_a_turn if is_angle(dial) else lambda value: value
+
+
+def _within_a_turn(angle):
+    return math.remainder(angle, TURN) if abs(angle) > TURN else angle
 
 
 def with_key(values, track, time, value, old, reach):
