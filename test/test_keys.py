@@ -111,6 +111,14 @@ def test_a_key_within_reach_replaces_and_an_equal_one_does_nothing():
     assert track.laws == ['ease', 'ease', 'step']
 
 
+@pytest.mark.parametrize('track, value', [
+    ('physics.stiffness', 1000.0), ('renderer.background', [1.0, 2.0, 3.0]),
+    ('renderer.shading', 'flat')])
+def test_what_changes_nothing_makes_no_track(track, value):
+    """Setting a parameter to what it is, as a params file does with most, is no change."""
+    assert keys.with_key(wind_values(), track, 2.0, value, value, 0.01) == {}
+
+
 def test_vectors_whole_numbers_and_texts_can_be_put():
     """Each kind comes back as it was put."""
     values = wind_values()

@@ -20,7 +20,6 @@ import math
 from flag_sim.animation.timeline import Timeline
 from flag_sim.animation.tracks import Track
 from flag_sim.nodes.dials import NODES, TURN
-import numpy as np
 
 PARTS = ('times', 'values', 'laws')
 # What of the wind node itself can be keyed: the wind, not the clock that plays it.
@@ -143,19 +142,23 @@ def with_key(values, track, time, value, old, reach):
     Return {parameter: value} that puts a key into a track of the wind's parameters `values`.
 
     A track that is not there is made, with the value `old` at 0. A key within `reach` [s] of
-    `time` is replaced. What the track has at `time` already changes nothing: then {} is returned.
+    `time` is replaced. A value that the parameter has at `time` already, by its track or, without
+    one, as `old`, makes no key: then {} is returned.
     Raises ValueError where the parameter cannot be keyed or cannot have the value.
     """
     dial = target_dial(track)
     value = dial.accept(value)
     if track in values['tracks']:
         present = read_timeline(values).tracks[track]
-        if np.array_equal(present.at(time), value):
+        if present.at(time) == value:
             return {}
         times, keyed, laws = list(present.times), list(present.values), list(present.laws)
         tracks = values['tracks']
     else:
-        times, keyed, laws = [0.0], [dial.accept(old)], [Track([0.0], [old]).laws[0]]
+        old = dial.accept(old)
+        if value == old:
+            return {}
+        times, keyed, laws = [0.0], [old], Track([0.0], [old]).laws
         tracks = [*values['tracks'], track]
     nearest = min(range(len(times)), key=lambda k: abs(times[k] - time))
     if abs(times[nearest] - time) <= reach:
