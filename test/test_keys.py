@@ -137,6 +137,21 @@ def test_a_saved_animation_is_the_same(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ['shot.yaml']
 
 
+def test_a_file_that_cannot_be_replaced_stays(tmp_path, monkeypatch):
+    """What was saved before is still whole, and half of the new is not left behind."""
+    path = tmp_path / 'shot.yaml'
+    save_parameters(path, '/wind', {'speed': 1.0})
+    before = path.read_text()
+
+    def fail(*_):
+        raise OSError('no space left on device')
+    monkeypatch.setattr('os.replace', fail)
+    with pytest.raises(OSError, match='no space left'):
+        save_parameters(path, '/wind', {'speed': 2.0})
+    assert path.read_text() == before
+    assert [path.name for path in tmp_path.iterdir()] == ['shot.yaml']
+
+
 def test_a_path_that_cannot_be_written_is_refused(tmp_path):
     """Before anything is lost."""
     with pytest.raises(ValueError, match='there is no folder'):
