@@ -16,7 +16,7 @@ help:
 	@echo 'make demo   film config/$(SHOT).yaml into out/demo (another shot: make demo SHOT=name)'
 	@echo 'make test   run all tests'
 	@echo 'make soak   run 2000 random extremes of the cloth for each method that promises to bear them'
-	@echo 'make bench  measure frames per second, into out/bench.json'
+	@echo 'make bench  measure frames per second and the work on many keys, into out/bench*.json'
 	@echo 'make bench-drawing  draw frames beside other programs, into out/bench-drawing.json'
 	@echo 'make clean  remove .venv, out and all that was built'
 
@@ -34,6 +34,7 @@ soak: $(READY)
 
 bench: $(READY)
 	@.venv/bin/python test/benchmark/pipeline.py
+	@.venv/bin/python test/benchmark/animation.py
 
 # The peers have an environment of their own; one that cannot be installed is named by the table.
 PEERS = moderngl panda3d opencv-python-headless

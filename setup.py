@@ -78,6 +78,7 @@ setup(
             'ros-kilted-rmw-fastrtps-cpp>=9.3.3,<9.4',
             'ros-kilted-ament-index-python>=1.11,<1.12',
             'ros-kilted-builtin-interfaces>=2.3,<2.4',
+            'ros-kilted-diagnostic-msgs>=5.5,<5.6',
             'ros-kilted-geometry-msgs>=5.5,<5.6',
             'ros-kilted-rcl-interfaces>=2.3,<2.4',
             'ros-kilted-rosgraph-msgs>=2.3,<2.4',

@@ -13,10 +13,13 @@
 # limitations under the License.
 
 """Tracks and their laws."""
+import itertools
+
 from flag_sim.animation.laws import LAWS
 from flag_sim.animation.timeline import Timeline
 from flag_sim.animation.tracks import Track
 from flag_sim.animation.wind import wind_vector
+from hypothesis import given, strategies as st
 import numpy as np
 import pytest
 from scipy.interpolate import PchipInterpolator
@@ -114,12 +117,52 @@ def test_several_keys_in_one_frame_are_all_crossed_in_order():
     assert timeline.crossed(0.0, 1.0) == [(0.1, 'b'), (0.12, 'event'), (0.15, 'a'), (0.2, 'b')]
 
 
-def test_keys_are_crossed_once():
-    """Intervals that follow one another find every key exactly once."""
-    track = Track([0.0, 0.5, 0.50001, 3.0], [0, 1, 2, 3])
-    edges = [-1e-9, *np.arange(0.0, 4.0, 0.25)]
-    found = [key for a, b in zip(edges, edges[1:]) for key in track.crossed(a, b)]
-    assert found == track.times
+def assert_each_mark_once(marks, stamps, loop):
+    """
+    Assert that frames at stamps [s] cross marks [(time [s], name)] once, in a loop once a round.
+
+    The crossings of one name are then its time plus 0, 1, 2, ... rounds, none left out and none
+    twice; one that is nearer to the last frame than rounding may be missing.
+    """
+    timeline = Timeline({}, marks, loop)
+    found = [mark for a, b in zip(stamps, stamps[1:]) for mark in timeline.crossed(a, b)]
+    rounded = 1e-12 * (1.0 + stamps[-1])  # some thousand times what float64 resolves there
+    assert np.all(np.diff([time for time, _ in found]) >= -rounded)
+    for time, name in marks:
+        crossed = [at for at, of in found if of == name]
+        rounds = np.arange(len(crossed) if loop else min(len(crossed), 1))
+        assert len(crossed) == len(rounds)
+        assert np.allclose(crossed, time + rounds * timeline.length, rtol=0.0, atol=rounded)
+        if loop or not crossed:
+            assert time + len(rounds) * timeline.length > stamps[-1] - rounded
+
+
+@given(
+    times=st.lists(st.floats(0.0, 9.0), max_size=7, unique=True), last=st.floats(9.5, 20.0),
+    rate=st.floats(0.5, 1000.0), loop=st.booleans(),
+    missed=st.lists(st.integers(1, 40), min_size=1, max_size=10))
+def test_every_mark_is_crossed_once(times, last, rate, loop, missed):
+    """At any rate, also where frames are missed and several marks lie within one."""
+    frames = itertools.accumulate(itertools.islice(itertools.cycle(missed), 60), initial=0)
+    stamps = [-1e-9, *(round(frame * 1e9 / rate) / 1e9 for frame in frames)]
+    marks = [(time, str(k)) for k, time in enumerate([*times, last])]
+    assert_each_mark_once(marks, stamps, loop)
+
+
+@pytest.mark.parametrize('rate', [7.0, 25.0, 29.97, 30.0, 60.0])
+def test_no_mark_is_lost_where_a_round_ends_at_a_frame(rate):
+    """There rounding decides in which frame, and it must decide once."""
+    stamps = [-1e-9, *(round(frame * 1e9 / rate) / 1e9 for frame in range(600))]
+    for frames in range(1, 40):
+        length = frames / rate
+        marks = [(0.0, 'begin'), (length / 2.0, 'middle'), (length, 'end')]
+        assert_each_mark_once(marks, stamps, loop=True)
+
+
+def test_a_loop_without_length_is_refused():
+    """Every frame would go through it without end."""
+    with pytest.raises(ValueError, match='at least 0.001 s; its last key or event is at 1e-09 s'):
+        Timeline({}, [(1e-9, 'a')], loop=True)
 
 
 @pytest.mark.parametrize('times, values, laws, rule', [

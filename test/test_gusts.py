@@ -14,7 +14,11 @@
 
 """Gusts against the formulas of their spectrum."""
 from flag_sim.animation.gusts import Gusts
+from flag_sim.animation.timeline import Timeline
+from flag_sim.animation.tracks import Track
 from flag_sim.animation.wind import Passage, wind_vector
+from flag_sim.nodes.dials import NODES
+from flag_sim.nodes.weather import Weather
 import numpy as np
 import pytest
 
@@ -81,6 +85,19 @@ def test_the_way_of_the_wind_does_not_depend_on_the_frame_rate():
     at_30 = {8 * k: coarse.at(k / 30.0) for k in range(301)}
     assert all(at_240[k] == distance for k, distance in at_30.items())
     assert at_30[2400] == pytest.approx(60.0 + 3.0 * (1.0 - np.cos(10.0)), abs=1e-3)
+
+
+def test_the_wind_of_a_shot_does_not_depend_on_the_frame_rate():
+    """Nor on what was asked for before: with keyed speed and gusts, to the bit."""
+    values = {dial.name: dial.default for dial in NODES['wind']}
+    values |= {'gust.intensity': 0.3, 'gust.seed': 4}
+    timeline = Timeline({'wind.speed': Track([0.0, 2.0, 9.0], [2.0, 12.0, 6.0], ['cubic'] * 3)})
+    fine, coarse, once = (Weather(values, timeline) for _ in range(3))
+    at_240 = {k: fine.at(k / 240.0) for k in range(2401)}
+    for k in range(301):
+        assert np.array_equal(at_240[8 * k], coarse.at(k / 30.0))
+    assert np.array_equal(at_240[2400], once.at(10.0))
+    assert np.ptp([wind[2] for wind in at_240.values()]) > 1.0  # there are gusts
 
 
 def test_gusts_are_parts_of_the_speed_in_the_winds_own_axes():

@@ -111,6 +111,14 @@ def test_a_key_within_reach_replaces_and_an_equal_one_does_nothing():
     assert track.laws == ['ease', 'ease', 'step']
 
 
+@pytest.mark.parametrize('track, value', [
+    ('physics.stiffness', 1000.0), ('renderer.background', [1.0, 2.0, 3.0]),
+    ('renderer.shading', 'flat')])
+def test_what_changes_nothing_makes_no_track(track, value):
+    """Setting a parameter to what it is, as a params file does with most, is no change."""
+    assert keys.with_key(wind_values(), track, 2.0, value, value, 0.01) == {}
+
+
 def test_vectors_whole_numbers_and_texts_can_be_put():
     """Each kind comes back as it was put."""
     values = wind_values()
@@ -126,6 +134,21 @@ def test_a_saved_animation_is_the_same(tmp_path):
     save_parameters(tmp_path / 'shot.yaml', '/wind', values)
     loaded = yaml.safe_load((tmp_path / 'shot.yaml').read_text())
     assert loaded == {'/wind': {'ros__parameters': values}}
+    assert [path.name for path in tmp_path.iterdir()] == ['shot.yaml']
+
+
+def test_a_file_that_cannot_be_replaced_stays(tmp_path, monkeypatch):
+    """What was saved before is still whole, and half of the new is not left behind."""
+    path = tmp_path / 'shot.yaml'
+    save_parameters(path, '/wind', {'speed': 1.0})
+    before = path.read_text()
+
+    def fail(*_):
+        raise OSError('no space left on device')
+    monkeypatch.setattr('os.replace', fail)
+    with pytest.raises(OSError, match='no space left'):
+        save_parameters(path, '/wind', {'speed': 2.0})
+    assert path.read_text() == before
     assert [path.name for path in tmp_path.iterdir()] == ['shot.yaml']
 
 

@@ -173,6 +173,33 @@ def test_autokey_makes_keys_that_play_again(tmp_path, domain):
         eventually(lambda: round(second * 1e9) in [to_stamp(key.stamp) for key in keys], watcher)
 
 
+def test_autokey_replaces_what_is_set_at_the_same_time(tmp_path, domain):
+    """While the shot stands still: one key, whatever is set in between; the same value, none."""
+    with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
+        winds, step = watcher.listen('wind'), watcher.publisher('step')
+        graph.start('physics')
+        graph.start('wind', '-p', 'autokey:=true', '-p', 'paused:=true')
+        physics, wind = watcher.parameters_of('physics'), watcher.parameters_of('wind')
+
+        def keyed(part):
+            return list(watcher.get(wind, f'keys.physics.gravity.{part}') or ())
+        eventually(lambda: step.publish(Empty()) or len(winds) > 6, watcher)
+        for _ in range(10):  # the last steps are still on their way
+            watcher.spin(0.1)
+        now = to_stamp(winds[-1].header.stamp) / 1e9
+        assert watcher.put(physics, 'gravity', 9.81).successful  # as it is already
+        for gravity in (1.5, 2.5, 2.5):
+            assert watcher.put(physics, 'gravity', gravity).successful
+            eventually(lambda: keyed('values') == [9.81, gravity], watcher)
+        assert keyed('times') == [0.0, now]
+        assert watcher.get(wind, 'tracks') == ['physics.gravity']
+        # Played to its key, the track sets nothing and so makes no key of its own.
+        assert watcher.put(wind, 'paused', False).successful
+        last = len(winds) + 30
+        eventually(lambda: len(winds) > last, watcher)
+        assert (keyed('times'), keyed('values')) == ([0.0, now], [9.81, 2.5])
+
+
 def test_real_time_keeps_to_the_clock(tmp_path, domain):
     """Frames come at the rate, with stamps n / rate, and the shot ends with status 0."""
     with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:

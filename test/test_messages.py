@@ -18,6 +18,8 @@ from flag_sim.nodes import messages
 from flag_sim.nodes.frames import Tag
 import numpy as np
 import pytest
+from rcl_interfaces.msg import ParameterEvent
+from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import PointField
 
 TAG = Tag(stamp=1_500_000_001, take=7, index=45, oldest=43)
@@ -133,11 +135,20 @@ def test_parameters_come_back():
     assert np.array_equal(wind, [1.0, -2.0, 0.5])
 
 
-def test_a_tag_can_be_renewed():
-    """Sending again tells the newest of what is owed."""
-    message = messages.parameters_message('/wind', TAG, np.zeros(3), {})
-    messages.set_tag(message, TAG._replace(oldest=45))
-    assert messages.read_parameters(message)[0].oldest == 45
+def test_one_message_carries_one_frame_after_another():
+    """Also when the keyed parameters are others than before, and when a frame is sent again."""
+    frame = messages.FrameMessage('/wind')
+    first = {'physics.stiffness': 12.5, 'renderer.shading': 'flat'}
+    for tag, wind, keyed in (
+            (TAG, [1.0, 0.0, 0.0], first),
+            (TAG._replace(index=48, stamp=1), [2.0, 0.0, 0.0], {**first, 'renderer.width': 7}),
+            (TAG._replace(index=49), [3.0, 0.0, 0.0], {'renderer.outline': True}),
+            (TAG._replace(oldest=45), [1.0, 0.0, 0.0], first)):
+        message = frame.fill(tag, wind, keyed)
+        found, blowing, values = messages.read_parameters(deserialize_message(
+            serialize_message(message), ParameterEvent))
+        assert (found, values) == (tag, keyed)
+        assert np.array_equal(blowing, wind)
 
 
 @pytest.mark.parametrize('wind', [[1.0, 2.0], [1.0, 2.0, float('nan')], [], [float('inf')] * 3])

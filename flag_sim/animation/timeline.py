@@ -13,6 +13,9 @@
 # limitations under the License.
 
 """A timeline: many tracks and named events under one clock, once or again and again."""
+import bisect
+
+SHORTEST_ROUND = 1e-3  # of a loop [s]: a frame goes through all of its rounds
 
 
 class Timeline:
@@ -21,18 +24,26 @@ class Timeline:
 
     tracks: {name: Track}; events: [(time [s], name)], in any order.
     loop: after its last key or event everything begins again, while time goes on.
+    Raises ValueError for a loop that is too short.
     """
 
     def __init__(self, tracks, events=(), loop=False):
         self.tracks = dict(tracks)
-        self.events = sorted(events)
-        last = [track.times[-1] for track in self.tracks.values()]
-        self.length = max(last + [time for time, _ in self.events], default=0.0)
+        keys = [(time, name) for name, track in self.tracks.items() for time in track.times]
+        self._marks = sorted([*keys, *events])
+        self._times = [time for time, _ in self._marks]
+        self.length = max(self._times, default=0.0)
         self.loop = bool(loop) and self.length > 0.0
+        if self.loop and self.length < SHORTEST_ROUND:
+            raise ValueError(f'a loop must take at least {SHORTEST_ROUND:g} s; its last key or '
+                             f'event is at {self.length:g} s')
+        # What stands at the end of a round and at its begin is one crossing.
+        self._at_end = {name for time, name in self._marks if time == self.length}
 
     def at(self, time):
-        """Return {track name: value} at `time` [s]."""
-        return {name: self.value(name, time) for name in self.tracks}
+        """Return {track name: value at `time` [s]}."""
+        local = self.local(time)
+        return {name: track.at(local) for name, track in self.tracks.items()}
 
     def value(self, name, time):
         """Return one track's value at `time` [s]."""
@@ -48,21 +59,19 @@ class Timeline:
 
         In a loop the end of one round is the begin of the next: what lies on both counts once.
         """
-        if not self.loop:
-            return self._crossed_in_round(after, until)
         found = []
-        for lap in range(int(max(after, 0.0) // self.length), int(until // self.length) + 1):
+        for lap in self._laps(after, until):
             begin = lap * self.length
-            found += [(begin + time, name)
-                      for time, name in self._crossed_in_round(after - begin, until - begin)
-                      if lap == 0 or time > 0.0 or (self.length, name) not in self._ends()]
+            # Compared is the mark's own time, lap and all, which is the same for every frame:
+            # one rounding more and frames at the end of a round would lose or double marks.
+            first, last = (bisect.bisect_right(self._times, edge, key=lambda time: begin + time)
+                           for edge in (after, until))
+            found += [(begin + time, name) for time, name in self._marks[first:last]
+                      if lap == 0 or time > 0.0 or name not in self._at_end]
         return found
 
-    def _crossed_in_round(self, after, until):
-        keys = [(key, name) for name, track in self.tracks.items()
-                for key in track.crossed(after, until)]
-        return sorted(keys + [event for event in self.events if after < event[0] <= until])
-
-    def _ends(self):
-        keys = {(track.times[-1], name) for name, track in self.tracks.items()}
-        return keys | set(self.events)
+    def _laps(self, after, until):
+        """Return the rounds that may have marks in (after, until], one more at either side."""
+        if not self.loop:
+            return range(1)
+        return range(max(int(after // self.length) - 1, 0), int(until // self.length) + 2)

@@ -14,6 +14,7 @@
 
 """Tracks: one keyed value through time (the source text's keys and key frames, 1.5)."""
 import bisect
+import itertools
 import math
 
 from flag_sim.animation.laws import HOLDS, LAWS, monotone_slopes
@@ -44,8 +45,7 @@ class Track:
             self._path = np.asarray(self.values, float)
             if is_angle:
                 self._path = np.unwrap(self._path, axis=0)
-            if self._path.ndim == 1:
-                self._path = self._path.tolist()  # plain numbers are faster one by one
+            self._path = self._path.tolist()  # plain numbers are faster one by one
         self._slopes = {} if holds else self._cubic_slopes()
 
     def _check(self, holds):
@@ -73,7 +73,11 @@ class Track:
                 raise ValueError(f'values must be finite, not {value}')
 
     def _cubic_slopes(self):
-        """Return {key: (slope there, slope at the next)}, in values per segment, where cubic."""
+        """
+        Return {key: (slope there, slope at the next)}, in values per segment, where cubic.
+
+        Of vectors there is such a pair for each of their numbers.
+        """
         slopes = {}
         begin = 0
         while begin < len(self.times) - 1:
@@ -84,8 +88,7 @@ class Track:
                 run = monotone_slopes(self.times[begin:end + 1], self._path[begin:end + 1])
                 for k in range(begin, end):
                     width = self.times[k + 1] - self.times[k]
-                    both = width * run[k - begin:k - begin + 2]
-                    slopes[k] = both.tolist() if both.ndim == 1 else tuple(both)
+                    slopes[k] = (width * run[k - begin:k - begin + 2]).T.tolist()
             begin = max(end, begin + 1)
         return slopes
 
@@ -93,7 +96,7 @@ class Track:
         """
         Return the value at `time` [s]; before the first and after the last key it holds.
 
-        At a key it is exactly the key's value; a vector comes as an array (k,).
+        At a key it is exactly the key's value; a vector comes as a list (k,).
         """
         k = bisect.bisect_right(self.times, time) - 1
         if k < 0 or k == len(self.times) - 1 or self.times[k] == time:
@@ -101,15 +104,16 @@ class Track:
         if self.laws[k] == 'step':
             return self.values[k]
         fraction = (time - self.times[k]) / (self.times[k + 1] - self.times[k])
-        before, after = self._path[k], self._path[k + 1]
         law = LAWS[self.laws[k]]
-        value = law(fraction, before, after, *self._slopes.get(k, ()))
-        # All laws stay between their keys, but for rounding: a value must not leave its range.
-        if isinstance(value, float):
-            return min(max(value, min(before, after)), max(before, after))
-        return np.clip(value, np.minimum(before, after), np.maximum(before, after))
+        before, after = self._path[k], self._path[k + 1]
+        if isinstance(before, float):
+            return _between(law, fraction, before, after, self._slopes.get(k, ()))
+        slopes = self._slopes.get(k) or itertools.repeat(())
+        return [_between(law, fraction, *ends) for ends in zip(before, after, slopes)]
 
-    def crossed(self, after, until):
-        """Return the times of the keys in the interval (after, until] [s]."""
-        first = bisect.bisect_right(self.times, after)
-        return self.times[first:bisect.bisect_right(self.times, until)]
+
+def _between(law, fraction, before, after, slopes):
+    """Return a law's number, kept between its keys lest rounding takes it out of its range."""
+    value = law(fraction, before, after, *slopes)
+    low, high = (before, after) if before <= after else (after, before)
+    return low if value < low else high if value > high else value

@@ -23,12 +23,12 @@ def wind_vector(speed, azimuth, elevation, gust=(0.0, 0.0, 0.0)):
     speed [m/s]; azimuth [rad] from +x towards +y; elevation [rad] above the ground.
     gust: turbulence in parts of the speed along the wind, across it to the left, and upwards.
     """
-    along = np.array([np.cos(elevation) * np.cos(azimuth),
-                      np.cos(elevation) * np.sin(azimuth),
-                      np.sin(elevation)])
-    across = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
-    upwards = np.cross(along, across)
-    return speed * ((1.0 + gust[0]) * along + gust[1] * across + gust[2] * upwards)
+    ahead, up = np.cos(elevation), np.sin(elevation)
+    x, y = np.cos(azimuth), np.sin(azimuth)
+    axes = np.array([[ahead * x, ahead * y, up],      # along the wind
+                     [-y, x, 0.0],                    # across it
+                     [-up * x, -up * y, ahead]])      # upwards: along x across
+    return speed * np.array([1.0 + gust[0], gust[1], gust[2]]) @ axes
 
 
 class Passage:

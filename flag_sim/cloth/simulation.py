@@ -95,6 +95,11 @@ class Cloth:
         self._remodel()
 
     @property
+    def model(self):
+        """Return the material on the mesh as it is simulated: softened, where it had to be."""
+        return self._solver.model
+
+    @property
     def gravity(self):
         """Acceleration g along -z [m/s2]."""
         return self._gravity

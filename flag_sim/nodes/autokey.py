@@ -83,7 +83,8 @@ class Autokey:
         except ValueError as error:
             self._node.get_logger().warning(f'no key is made: {error}')
             return
-        result = self._node.set_parameters_atomically(
-            [to_parameter(name, new) for name, new in changes.items()])
-        if not result.successful:
-            self._node.get_logger().warning(f'no key is made: {result.reason}')
+        if changes:
+            result = self._node.set_parameters_atomically(
+                [to_parameter(name, new) for name, new in changes.items()])
+            if not result.successful:
+                self._node.get_logger().warning(f'no key is made: {result.reason}')

@@ -20,7 +20,6 @@ import math
 from flag_sim.animation.timeline import Timeline
 from flag_sim.animation.tracks import Track
 from flag_sim.nodes.dials import NODES, TURN
-import numpy as np
 
 PARTS = ('times', 'values', 'laws')
 # What of the wind node itself can be keyed: the wind, not the clock that plays it.
@@ -32,8 +31,19 @@ def key_name(track, part):
     return f'keys.{track}.{part}'
 
 
+def is_key_name(name):
+    """Say whether a parameter holds one part of a track's keys."""
+    return name.startswith('keys.') and name.endswith(tuple(f'.{part}' for part in PARTS))
+
+
+def track_of(name):
+    """Return the track of which parameter `name` holds one part of the keys."""
+    return name.removeprefix('keys.').rpartition('.')[0]
+
+
 def accept_keys(name, value):
     """Return the value of a parameter `keys.*` in its own type, or raise ValueError."""
+    target_dial(track_of(name))
     if not isinstance(value, (list, tuple)) and not hasattr(value, 'tolist'):
         raise ValueError(f'{name} must be a list, not {value!r}')
     values = list(value)
@@ -111,20 +121,20 @@ def _read_events(values):
 
 def values_at(timeline, time):
     """Return {track name: value at `time` [s]} as the parameters take them."""
-    return {name: _as_parameter(target_dial(name), value)
-            for name, value in timeline.at(time).items()}
+    return {name: _to_parameter(name)(value) for name, value in timeline.at(time).items()}
 
 
-def _as_parameter(dial, value):
-    """Return a value in the dial's type: whole numbers rounded, directions within a turn."""
-    if dial.is_list:
-        return np.asarray(value, float).tolist()
+@functools.lru_cache(maxsize=None)
+def _to_parameter(track):
+    """Return the function that brings a track's values into the type of what it animates."""
+    dial = target_dial(track)
     if _is_whole(dial):
-        return round(value)
-    if isinstance(dial.default, float):
-        value = float(value)
-        return math.remainder(value, TURN) if is_angle(dial) and abs(value) > TURN else value
-    return value
+        return round
+    return _within_a_turn if is_angle(dial) else lambda value: value
+
+
+def _within_a_turn(angle):
+    return math.remainder(angle, TURN) if abs(angle) > TURN else angle
 
 
 def with_key(values, track, time, value, old, reach):
@@ -132,19 +142,23 @@ def with_key(values, track, time, value, old, reach):
     Return {parameter: value} that puts a key into a track of the wind's parameters `values`.
 
     A track that is not there is made, with the value `old` at 0. A key within `reach` [s] of
-    `time` is replaced. What the track has at `time` already changes nothing: then {} is returned.
+    `time` is replaced. A value that the parameter has at `time` already, by its track or, without
+    one, as `old`, makes no key: then {} is returned.
     Raises ValueError where the parameter cannot be keyed or cannot have the value.
     """
     dial = target_dial(track)
     value = dial.accept(value)
     if track in values['tracks']:
         present = read_timeline(values).tracks[track]
-        if np.array_equal(present.at(time), value):
+        if present.at(time) == value:
             return {}
         times, keyed, laws = list(present.times), list(present.values), list(present.laws)
         tracks = values['tracks']
     else:
-        times, keyed, laws = [0.0], [dial.accept(old)], [Track([0.0], [old]).laws[0]]
+        old = dial.accept(old)
+        if value == old:
+            return {}
+        times, keyed, laws = [0.0], [old], Track([0.0], [old]).laws
         tracks = [*values['tracks'], track]
     nearest = min(range(len(times)), key=lambda k: abs(times[k] - time))
     if abs(times[nearest] - time) <= reach:

@@ -19,7 +19,7 @@ from builtin_interfaces.msg import Time
 from flag_sim.nodes.frames import Tag
 from flag_sim.nodes.parameters import to_parameter
 import numpy as np
-from rcl_interfaces.msg import ParameterEvent
+from rcl_interfaces.msg import ParameterEvent, ParameterType
 from rclpy.parameter import parameter_value_to_python
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 from std_msgs.msg import Header
@@ -29,6 +29,14 @@ OPTICAL = 'camera_optical_frame'
 CLOUD_FIELDS = ('x', 'y', 'z', 'normal_x', 'normal_y', 'normal_z')
 FLOATS = {PointField.FLOAT32: 'f4', PointField.FLOAT64: 'f8'}
 TAG_NAMES = ('frame.take', 'frame.index', 'frame.oldest')
+# The field of a ParameterValue that holds what it is the value of.
+VALUE_FIELDS = {
+    ParameterType.PARAMETER_BOOL: 'bool_value',
+    ParameterType.PARAMETER_INTEGER: 'integer_value',
+    ParameterType.PARAMETER_DOUBLE: 'double_value',
+    ParameterType.PARAMETER_STRING: 'string_value',
+    ParameterType.PARAMETER_DOUBLE_ARRAY: 'double_array_value',
+}
 
 
 def to_time(stamp):
@@ -154,26 +162,46 @@ def camera_info_message(stamp, camera):
     return message
 
 
+class FrameMessage:
+    """
+    The ParameterEvent of one frame after another.
+
+    node_name: of the sender. The message is made once and then only filled, as making one takes
+    several times as long; what `fill` returns is good until the next call.
+    """
+
+    def __init__(self, node_name):
+        self._message = ParameterEvent(node=node_name)
+        self._names = ()
+        self._slots = []  # of each parameter, its value's message and the field that holds it
+
+    def fill(self, tag, wind, keyed):
+        """
+        Return the message of a frame.
+
+        wind: (3,) [m/s]; keyed: {'node.parameter': value}, each name always of the same type.
+        """
+        values = {'wind': array.array('d', wind),
+                  **dict(zip(TAG_NAMES, (tag.take, tag.index, tag.oldest))), **keyed}
+        if self._names != tuple(values):
+            self._make({**values, 'wind': [0.0] * 3})
+        for (slot, field), value in zip(self._slots, values.values()):
+            setattr(slot, field, value)
+        self._message.stamp = to_time(tag.stamp)
+        return self._message
+
+    def _make(self, values):
+        self._names = tuple(values)
+        parameters = [to_parameter(name, value).to_parameter_msg()
+                      for name, value in values.items()]
+        self._slots = [(parameter.value, VALUE_FIELDS[parameter.value.type])
+                       for parameter in parameters]
+        self._message.changed_parameters = parameters
+
+
 def parameters_message(node_name, tag, wind, keyed):
-    """
-    Return the ParameterEvent of one frame.
-
-    wind: (3,) [m/s]; keyed: {'node.parameter': value}.
-    """
-    values = {'wind': [float(w) for w in wind],
-              **dict(zip(TAG_NAMES, (tag.take, tag.index, tag.oldest))), **keyed}
-    return ParameterEvent(
-        stamp=to_time(tag.stamp), node=node_name,
-        changed_parameters=[to_parameter(name, value).to_parameter_msg()
-                            for name, value in values.items()])
-
-
-def set_tag(message, tag):
-    """Write another tag into a message made by `parameters_message`."""
-    for parameter in message.changed_parameters:
-        if parameter.name in TAG_NAMES:
-            part = parameter.name.removeprefix('frame.')
-            parameter.value.integer_value = getattr(tag, part)
+    """Return the ParameterEvent of a single frame; see FrameMessage."""
+    return FrameMessage(node_name).fill(tag, wind, keyed)
 
 
 def read_parameters(message):

@@ -56,7 +56,8 @@ class DialNode(Node):
                  for name, parameter in self._parameter_overrides.items()}
         try:
             for dial in self._dials.values():
-                self.values[dial.name] = dial.accept(given.pop(dial.name, dial.default))
+                self.values[dial.name] = self.accept(
+                    dial.name, given.pop(dial.name, dial.default))
                 self._declare_one(dial.name, dial.item, _descriptor(dial))
             self.adopt(given)
             self.check(self.values)

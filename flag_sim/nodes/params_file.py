@@ -25,10 +25,13 @@ def check_path(path):
     folder = Path(path).expanduser().resolve().parent
     if not folder.is_dir():
         raise ValueError(f'save_to: there is no folder {folder}')
-    if not os.access(folder, os.W_OK):
-        raise ValueError(f'save_to: the folder {folder} cannot be written')
-    if Path(path).is_dir():
+    if Path(path).expanduser().is_dir():
         raise ValueError(f'save_to: {path} is a folder')
+    try:  # not by os.access: root may write to folders in which no file can be made
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise ValueError(f'save_to: {path} cannot be written: {error.strerror}') from None
 
 
 def save_parameters(path, node, values):
@@ -40,11 +43,10 @@ def save_parameters(path, node, values):
     """
     path = Path(path).expanduser()
     content = yaml.safe_dump({node: {'ros__parameters': values}}, sort_keys=True)
-    handle, beside = tempfile.mkstemp(dir=path.parent, prefix=f'.{path.name}-')
+    beside = path.with_name(f'.{path.name}-{os.getpid()}')
     try:
-        with os.fdopen(handle, 'w') as file:
-            file.write(content)
+        beside.write_text(content)
         os.replace(beside, path)
     except OSError:
-        os.unlink(beside)
+        beside.unlink(missing_ok=True)
         raise

@@ -15,14 +15,16 @@
 """The physics node: moves the cloth to the time of every frame and publishes its vertices."""
 import sys
 
-from flag_sim.cloth import checks
+from flag_sim.cloth import checks, energy
 from flag_sim.cloth.material import Air, Material
 from flag_sim.cloth.mesh import Mesh
 from flag_sim.cloth.simulation import Cloth, Diverged, MAX_WIND
 from flag_sim.cloth.stability import Stepping
+from flag_sim.cloth.strain import greatest_strain
 from flag_sim.nodes import messages
 from flag_sim.nodes.dials import PHYSICS, SCENE
 from flag_sim.nodes.life import announce_when_slow, run
+from flag_sim.nodes.readout import ERROR, WARN
 from flag_sim.nodes.server import FrameServer, WARN_EVERY
 from flag_sim.nodes.topics import publish
 
@@ -68,8 +70,10 @@ class Physics(FrameServer):
     def __init__(self):
         super().__init__('physics', SCENE + PHYSICS)
         self._time = None  # stamp that the cloth stands at [ns]; None: at rest, before any frame
+        self._plan = None  # how the last frame was divided into steps
         self._softened = False
         self._held = 0  # nodes that stretch_limit held back in the last frame
+        self._diverged = ''  # why the last frame could not be simulated
         self._applied = dict(self.values)
         self._cloth = self._new_cloth(self.values)
         self._warm_up()
@@ -117,6 +121,7 @@ class Physics(FrameServer):
         del tag
         self._cloth.reset()
         self._time = None
+        self._diverged = ''
 
     def work(self, tag, wind, values):
         """Return the frame's PointCloud2."""
@@ -152,9 +157,12 @@ class Physics(FrameServer):
                 f'{self._applied["max_gap"]:g} s: the cloth stands still over the gap')
         elif dt > 0.0:
             try:
-                self._report(self._cloth.advance(dt, wind))
+                self._plan = self._cloth.advance(dt, wind)
+                self._diverged = ''
+                self._report(self._plan)
             except Diverged as error:
-                self.get_logger().error(str(error), throttle_duration_sec=5.0)
+                self._diverged = str(error)
+                self.get_logger().error(self._diverged, throttle_duration_sec=WARN_EVERY)
 
     def _report(self, plan):
         """Say when the cloth begins to be softer than it should be, and when that ends."""
@@ -173,6 +181,28 @@ class Physics(FrameServer):
                 f'{self._applied["stretch_limit"]:g} and are held back',
                 throttle_duration_sec=WARN_EVERY)
         self._held = self._cloth.held
+
+    def status(self):
+        """Return the level, a message and what the cloth and its steps are like."""
+        level, message, _ = super().status()
+        if self._diverged:
+            level, message = ERROR, self._diverged
+        elif self._softened or self._held:
+            level, message = WARN, ' and '.join(
+                ['the cloth is softer than it is set'] * self._softened
+                + [f'{self._held} nodes are held back by stretch_limit'] * bool(self._held))
+        model, positions = self._cloth.model, self._cloth.positions
+        values = {
+            'kinetic energy [J]': energy.kinetic_energy(model, self._cloth.velocities),
+            'elastic energy [J]': (energy.elastic_energy(model, positions)
+                                   + energy.bending_energy(model, positions)),
+            'greatest strain': greatest_strain(model.mesh, positions),
+            'nodes held by stretch_limit': self._held}
+        if self._plan is not None:
+            demanded, granted, stiffness, damping = self._plan
+            values |= {'steps demanded': demanded, 'steps granted': granted,
+                       'stiffness factor': stiffness, 'damping factor': damping}
+        return level, message, values
 
     def answer(self, stamp, cloud):
         """Publish the frame's vertices."""

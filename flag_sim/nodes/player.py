@@ -17,19 +17,17 @@ import sys
 import time
 
 from flag_sim.nodes.bag import RecordedTopics
+from flag_sim.nodes.delivery import Delivery
 from flag_sim.nodes.dials import PLAYER
-from flag_sim.nodes.flight import Flight
 from flag_sim.nodes.frames import Tag
 from flag_sim.nodes.life import run
-from flag_sim.nodes.messages import to_stamp
 from flag_sim.nodes.parameters import BadParameter, DialNode
 from flag_sim.nodes.recorder import serialized_stamp
 from flag_sim.nodes.stopwatch import Stopwatch
-from flag_sim.nodes.topics import publish, subscribe
+from flag_sim.nodes.topics import publish
 from rclpy.clock import Clock, ClockType
 
 LOOK_AGAIN = 0.05  # how often lockstep looks for what is overdue [s]
-FIRST_RESEND = 0.2  # while nobody has ever answered [s]
 # What drives the pipeline from the bag on; played if nothing else is asked for.
 SOURCES = ('parameters', 'vertices')
 
@@ -49,10 +47,8 @@ class Player(DialNode):
         self._messages = self._bag.messages(self._out)
         self._next = next(self._messages, None)
         self._start = None  # (steady time [s], time in the bag [ns]) of the first message
-        self._flight = Flight()
-        self._ever_done = False
+        self._flight = Delivery(self, self._send_again, self._on_done)
         self._stopwatch = Stopwatch()
-        subscribe(self, 'frame_done', self._on_frame_done)
         self._timer = None
         self._arm(0.0)
         self.get_logger().info(f'playing {", ".join(self._out)} of {self.values["path"]}, '
@@ -83,7 +79,7 @@ class Player(DialNode):
     def _on_timer(self):
         now = time.monotonic()
         if self.values['pace'] == 'lockstep':
-            self._resend(now)
+            self._flight.resend(now)
             self._send_frame(now)
             self._arm(LOOK_AGAIN)
         else:
@@ -124,24 +120,13 @@ class Player(DialNode):
         self._next = next(self._messages, None)
         return name, data
 
-    def _resend(self, now):
-        after = self.values['resend_after']
-        frame = self._flight.overdue(now, after if self._ever_done else min(FIRST_RESEND, after))
-        if frame is None:
-            return
+    def _send_again(self, frame):
         for name, data in frame.message:
             self._out[name].publish(data)
-        frame.last_time = now
-        if now - frame.first_time > after:
-            self.get_logger().warning(
-                f'the frame at {frame.tag.stamp / 1e9:.3f} s is not done: waiting for '
-                f'{", ".join(sorted(frame.waiting_for))}; sent again', throttle_duration_sec=5.0)
 
-    def _on_frame_done(self, message):
-        if self._flight.done(to_stamp(message.stamp), message.frame_id):
-            self._ever_done = True
-            if self.values['pace'] == 'lockstep':
-                self._send_frame(time.monotonic())
+    def _on_done(self):
+        if self.values['pace'] == 'lockstep':
+            self._send_frame(time.monotonic())
 
     def close(self):
         """Close the bag and say where the time went."""

@@ -136,6 +136,13 @@ class Renderer(FrameServer):
                 shot.messages['depth/image_raw'] = messages.depth_message(
                     stamp, self._picture.depth())
 
+    def status(self):
+        """Return the level, a message and the size of the pictures."""
+        level, message, values = super().status()
+        present = self._values or self.values
+        return level, message, {**values, 'width [pixels]': present['width'],
+                                'height [pixels]': present['height']}
+
     def answer(self, stamp, shot):
         """Publish the picture, then say that the frame is done."""
         self._draw(stamp, shot)  # for those who have begun to listen since the frame was served

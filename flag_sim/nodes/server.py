@@ -16,6 +16,7 @@
 from flag_sim.nodes import messages
 from flag_sim.nodes.frames import Arrival, FrameOrder
 from flag_sim.nodes.parameters import DialNode
+from flag_sim.nodes.readout import compute_time, OK, Readout
 from flag_sim.nodes.stopwatch import Stopwatch
 from flag_sim.nodes.topics import subscribe
 
@@ -26,7 +27,8 @@ class FrameServer(DialNode):
     """
     Serves frames in their order, and a frame that comes again with the answer that it kept.
 
-    Derived nodes define `work`, which makes a frame's answer, and `answer`, which publishes it.
+    Derived nodes define `work`, which makes a frame's answer, and `answer`, which publishes it;
+    `status` tells people how they are doing.
     """
 
     def __init__(self, name, dials):
@@ -37,6 +39,7 @@ class FrameServer(DialNode):
         self._answers = {}  # (index, answer) by stamp, of frames that may be asked for again
         # The network cannot deliver before it is spun, and it is spun only once all is ready.
         subscribe(self, 'parameters', self._on_parameters)
+        self._readout = Readout(self, self._status)
 
     def check_wind(self, wind):
         """Raise ValueError for a wind (3,) [m/s] that the node cannot work with."""
@@ -56,6 +59,15 @@ class FrameServer(DialNode):
     def answer(self, stamp, answer):
         """Publish a frame's answer, for the first time or again."""
         raise NotImplementedError
+
+    def status(self):
+        """Return (level, message, {name with unit: value}) of the node, for its `state`."""
+        return OK, 'serving frames' if self.stopwatch.frames else 'waiting for frames', {}
+
+    def _status(self):
+        level, message, values = self.status()
+        return level, message, {'frames served': self.stopwatch.frames,
+                                **compute_time(self.stopwatch), **values}
 
     def _on_parameters(self, message, info):
         try:

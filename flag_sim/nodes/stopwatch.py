@@ -24,6 +24,7 @@ class Stopwatch:
         self._first = self._last = None
         self._spent = {'work': 0.0, 'publish': 0.0}
         self.frames = 0
+        self._lap = 0, 0.0  # frames and seconds of work at the last lap
 
     @contextlib.contextmanager
     def share(self, name):
@@ -34,6 +35,12 @@ class Stopwatch:
         yield
         self._last = time.perf_counter()
         self._spent[name] += self._last - begin
+
+    def lap(self):
+        """Return the mean work on a frame [s] since the last lap, or None without a frame."""
+        frames, work = self.frames - self._lap[0], self._spent['work'] - self._lap[1]
+        self._lap = self.frames, self._spent['work']
+        return work / frames if frames else None
 
     def summary(self):
         """Return the shares in words; what is neither work nor publishing is waiting."""

@@ -15,6 +15,7 @@
 """The topics: their names, types and quality of service."""
 from typing import NamedTuple
 
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Vector3Stamped
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.qos import QoSProfile, ReliabilityPolicy
@@ -43,6 +44,7 @@ TOPICS = {
     'frame_done': Topic(Header, False),
     'reset': Topic(Empty, False),
     'step': Topic(Empty, False),
+    'state': Topic(DiagnosticArray, False),
 }
 
 # As many messages as wind's largest window keeps in flight, so that lockstep fills no queue.

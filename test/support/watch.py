@@ -16,12 +16,13 @@
 import time
 
 from flag_sim.nodes.life import bring_profile
+from flag_sim.nodes.parameters import to_parameter
 from flag_sim.nodes.topics import publish, subscribe
 import rclpy
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.parameter import Parameter, parameter_value_to_python
+from rclpy.parameter import parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
 
 
@@ -66,8 +67,23 @@ class Watcher:
 
     def put(self, client, name, value):
         """Set a parameter as `ros2 param set` does; return the result."""
-        parameter = Parameter(name, value=value)
-        return self._result(client.set_parameters([parameter])).results[0]
+        return self.load(client, {name: value})[0]
+
+    def load(self, client, values):
+        """Set parameters {name: value} as `ros2 param load` does; return the results."""
+        parameters = [to_parameter(name, value) for name, value in values.items()]
+        return self._result(client.set_parameters(parameters)).results
+
+    def put_atomically(self, client, values):
+        """Set parameters {name: value} by the service set_parameters_atomically."""
+        parameters = [to_parameter(name, value) for name, value in values.items()]
+        return self._result(client.set_parameters_atomically(parameters)).result
+
+    def get_all(self, client):
+        """Return {name: value} of all parameters, as `ros2 param dump` does."""
+        names = self._result(client.list_parameters([], 10)).result.names
+        values = self._result(client.get_parameters(names)).values
+        return {name: parameter_value_to_python(value) for name, value in zip(names, values)}
 
     def __enter__(self):
         """Return self."""

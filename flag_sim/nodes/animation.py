@@ -1,0 +1,80 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""A node whose parameters hold an animation: read, checked, changed as a whole, and saved."""
+from flag_sim.nodes import keys
+from flag_sim.nodes.parameter_groups import GroupParameterService
+from flag_sim.nodes.parameters import DialNode
+from flag_sim.nodes.params_file import check_path, save_parameters
+
+
+def is_part(name):
+    """Say whether a parameter is a part of the animation, in which one part needs the others."""
+    return name.startswith(('tracks', 'keys.', 'events.'))
+
+
+class AnimationNode(DialNode):
+    """
+    Reads its `timeline` from its parameters, at the start and whenever they change.
+
+    Derived nodes say in `apply` what else changes, and call this one's.
+    """
+
+    def __init__(self, name, dials):
+        self._read = None, None  # the parts that were read last, and their Timeline
+        super().__init__(name, dials, allow_undeclared_parameters=True,
+                         start_parameter_services=False)
+        self.timeline = self._timeline_of(self.values)
+        self._group_service = GroupParameterService(self, is_part)
+
+    def _timeline_of(self, values):
+        """Return the Timeline of values {name: value}; raise ValueError if it cannot be played."""
+        parts = {name: value for name, value in values.items() if is_part(name) or name == 'loop'}
+        if parts != self._read[0]:  # ten thousand keys take a while
+            self._read = parts, keys.read_timeline(values)
+        return self._read[1]
+
+    def adopt(self, given):
+        """Take the keys of all tracks, those too that are not named in `tracks` yet."""
+        for name in sorted(name for name in given if keys.is_key_name(name)):
+            self.values[name] = self.accept(name, given.pop(name))
+            self.declare_parameter(name, self.values[name] or None, ignore_override=True)
+            if keys.track_of(name) not in self.values['tracks']:
+                self.get_logger().warning(f"{name}: no track '{keys.track_of(name)}' is named in "
+                                          'tracks, so it is not played')
+
+    def accept(self, name, value):
+        """Accept keys beside the dials, and a path only if it can be written."""
+        if keys.is_key_name(name):
+            return keys.accept_keys(name, value)
+        value = super().accept(name, value)
+        if name == 'save_to' and value:
+            check_path(value)
+        return value
+
+    def check(self, values):
+        """Refuse an animation that cannot be played."""
+        self._timeline_of(values)
+
+    def apply(self, changed):
+        """Play the new animation, and save it."""
+        self.timeline = self._timeline_of(self.values)
+        if self.values['save_to'] and any(is_part(name) or name == 'save_to' for name in changed):
+            self._save()
+
+    def _save(self):
+        try:
+            save_parameters(self.values['save_to'], self.get_fully_qualified_name(), self.values)
+        except OSError as error:
+            self.get_logger().error(f'cannot save {self.values["save_to"]}: {error}')

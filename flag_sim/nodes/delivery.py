@@ -1,0 +1,77 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Delivery: a frame is sent until every node that is waited for has said that it is done."""
+from flag_sim.nodes.flight import Flight
+from flag_sim.nodes.messages import to_stamp
+from flag_sim.nodes.topics import subscribe
+
+FIRST_RESEND = 0.2  # while nobody has ever answered, the graph is still coming together [s]
+COMPLAIN_AGAIN = 5.0  # between complaints of one frame [s]
+
+
+class Delivery(Flight):
+    """
+    The frames in flight of a node that sends frames.
+
+    node: has the dial resend_after. send_again(frame): sends a frame in flight once more.
+    on_done(): called when all have done a frame. answered: whether that has ever happened.
+    """
+
+    def __init__(self, node, send_again, on_done):
+        super().__init__()
+        self.answered = False
+        self.resent = 0
+        self._node = node
+        self._send_again = send_again
+        self._on_done = on_done
+        self._complaint = None, 0.0  # stamp of the frame last complained of, and when [s]
+        subscribe(node, 'frame_done', self._on_frame_done)
+
+    def _on_frame_done(self, message):
+        if self.done(to_stamp(message.stamp), message.frame_id):
+            self.answered = True
+            self._on_done()
+
+    def resend(self, now):
+        """Send the oldest frame again, at steady time `now` [s], if it is overdue."""
+        after = self._node.values['resend_after']
+        frame = self.overdue(now, after if self.answered else min(FIRST_RESEND, after))
+        if frame is None:
+            return
+        self._send_again(frame)
+        frame.last_time = now
+        self.resent += 1
+        if self.late(now):
+            self._complain(frame, now)
+
+    def late(self, now):
+        """Return whom the oldest frame has waited for longer than `resend_after`, in words."""
+        frame = self.oldest
+        if frame is None or now - frame.first_time <= self._node.values['resend_after']:
+            return ''
+        ends = self._node.get_publishers_info_by_topic('frame_done')
+        present = {end.node_name for end in ends}
+        return ', '.join(name if name in present else f'{name} (no such node is running)'
+                         for name in sorted(frame.waiting_for))
+
+    def _complain(self, frame, now):
+        """Say whom a frame waits for: at once of every new frame, and of the same now and then."""
+        stamp, said = self._complaint
+        if frame.tag.stamp == stamp and now - said < COMPLAIN_AGAIN:
+            return
+        self._complaint = frame.tag.stamp, now
+        self._node.get_logger().warning(
+            f'the frame at {frame.tag.stamp / 1e9:.3f} s is not done: waiting for '
+            f'{self.late(now)}; sent again')
