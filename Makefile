@@ -17,6 +17,7 @@ help:
 	@echo 'make test   run all tests'
 	@echo 'make soak   run 2000 random extremes of the cloth for each method that promises to bear them'
 	@echo 'make bench  measure frames per second and the work on many keys, into out/bench*.json'
+	@echo 'make bench-cloth    move the cloth beside other programs, into out/bench-cloth.json'
 	@echo 'make bench-drawing  draw frames beside other programs, into out/bench-drawing.json'
 	@echo 'make clean  remove .venv, out and all that was built'
 
@@ -37,9 +38,9 @@ bench: $(READY)
 	@.venv/bin/python test/benchmark/animation.py
 
 # The peers have an environment of their own; one that cannot be installed is named by the table.
-PEERS = moderngl panda3d opencv-python-headless
-bench-drawing: .venv-peers/ready
-	@PYTHONPATH=. .venv-peers/bin/python test/benchmark/drawing.py
+PEERS = moderngl panda3d opencv-python-headless taichi newton mujoco
+bench-cloth bench-drawing: .venv-peers/ready
+	@PYTHONPATH=. .venv-peers/bin/python test/benchmark/$(@:bench-%=%).py
 
 .venv-peers/ready: setup.py Makefile
 	@$(PYTHON) -m venv --clear .venv-peers
@@ -63,4 +64,4 @@ $(READY): setup.py pyproject.toml
 	|| { echo 'rclpy cannot be imported; a sourced ROS needs its own Python: make PYTHON=/usr/bin/python3' >&2; exit 1; }
 	@touch '$@'
 
-.PHONY: help demo test soak bench bench-drawing clean
+.PHONY: help demo test soak bench bench-cloth bench-drawing clean

@@ -13,8 +13,11 @@
 # limitations under the License.
 
 """How nodes end, and what they do while others are missing or tell them what to do."""
+import platform
 import resource
 import signal
+import subprocess
+import sys
 
 from flag_sim.nodes.graph import Graph
 from flag_sim.nodes.messages import to_stamp
@@ -226,3 +229,24 @@ def test_the_bag_can_be_sqlite(tmp_path, domain):
                     extra={'recorder': ['-p', 'storage:=sqlite3']}) == 0
     assert len(messages_of(tmp_path / 'bag', '/camera/image_raw')) == 10
     assert next((tmp_path / 'bag').glob('*.db3'))
+
+
+MAKE_FRAMES = """
+import resource
+from flag_sim.nodes.life import keep_memory
+{call}
+for frame in range(101):
+    if frame == 1:
+        before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+    [b'x' * 1_000_000 for _ in range(4)]
+print(resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before)
+"""
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != 'glibc', reason='malloc is not that of glibc')
+def test_a_frame_takes_the_memory_of_the_one_before():
+    """After the first of 101 frames of 4 MB hardly a page is fetched; else nearly all 1000 are."""
+    kept, fetched = (int(subprocess.run(
+        [sys.executable, '-c', MAKE_FRAMES.format(call=call)], check=True, capture_output=True,
+        text=True).stdout) for call in ('keep_memory()', ''))
+    assert kept < 100 < 100 * 500 < fetched, (kept, fetched)

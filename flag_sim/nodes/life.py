@@ -13,6 +13,8 @@
 # limitations under the License.
 
 """The life of a node, from its start to its end, the same for all of them."""
+import contextlib
+import ctypes
 import os
 import signal
 import socket
@@ -29,7 +31,24 @@ from rclpy.utilities import remove_ros_args
 
 
 # Held for as long as the process lives: a socket that nobody holds is closed.
+M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # of glibc's malloc.h
+LARGEST_KEPT = 32 << 20  # the most that glibc takes [bytes]: an rgb8 image of 3840 x 2160 fits
+
 _signal_sockets = socket.socketpair()
+
+
+def keep_memory():
+    """
+    Let malloc keep the memory that a frame leaves; the next frame asks for as much again.
+
+    glibc gives blocks of an image's size back to the system at once, and every page of the next
+    one is fetched and cleared anew: at 640 x 480 that took half of the recorder's time. Other C
+    libraries have no such call and are left as they are.
+    """
+    with contextlib.suppress(AttributeError):
+        mallopt = ctypes.CDLL(None).mallopt
+        mallopt(M_MMAP_THRESHOLD, LARGEST_KEPT)
+        mallopt(M_TRIM_THRESHOLD, 2 * LARGEST_KEPT)
 
 
 def bring_profile():
@@ -53,6 +72,7 @@ def run(make_node, args=None):
     `close`, called however the node ends. SIGINT and SIGTERM end it with status 0.
     """
     arguments = sys.argv if args is None else args
+    keep_memory()
     bring_profile()
     stop = _future_of_signals()
     try:

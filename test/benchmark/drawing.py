@@ -35,7 +35,7 @@ from flag_sim.drawing.spans import span_linear  # noqa: E402
 
 import numpy as np  # noqa: E402
 
-from peers import PEERS, Shot  # noqa: E402
+from peers_drawing import PEERS, Shot  # noqa: E402
 
 CAMERA = Camera(1280, 720)
 CASES = {'61x41': (41, 61), '241x161': (161, 241)}

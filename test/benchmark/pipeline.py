@@ -16,7 +16,8 @@
 How fast the whole pipeline films, and where each node's time goes.
 
 Plays a shot at the defaults, 640 x 480 in lockstep through wind, physics, renderer and recorder,
-several times, and prints medians; writes them to out/bench.json.
+then feeds each of them alone with what was recorded, several times; and listens to the beat of a
+shot in real time. Prints medians and writes them to out/bench.json.
 """
 import argparse
 import json
@@ -24,17 +25,22 @@ import os
 from pathlib import Path
 import platform
 import re
-import shutil
 import statistics
 import tempfile
 import time
 
 from flag_sim.nodes.graph import Graph
 
+from probe import answer_wind, feed, Probe, recorded_frames, sending_jitter
+
 NODES = ('wind', 'physics', 'renderer', 'recorder')
 SUMMARY = re.compile(r'served (\d+) frames in ([\d.]+) s: '
                      r'wait (-?[\d.]+) %, work ([\d.]+) %, publish ([\d.]+) %')
 PAUSE = 5.0  # how long idle nodes are watched [s]
+FED = 300  # frames that a node is fed with alone
+BEAT, BEATS = 60.0, 600  # of the shot in real time [Hz], frames
+SHARE_AIM = 0.9  # of what the slowest node alone allows
+JITTER_AIM = 1.0, 5.0  # [ms], at the median and the 99th percentile
 
 
 def memory(process):
@@ -61,39 +67,63 @@ def start(graph, node, *arguments):
     return time.perf_counter() - begin
 
 
-def run(frames):
-    """Film one shot; return what was measured."""
-    folder = Path(tempfile.mkdtemp(prefix='flag_sim-bench-'))
-    try:
-        with Graph(folder / 'log') as graph:
-            ready = {node: start(graph, node) for node in ('physics', 'renderer')}
-            ready['recorder'] = start(graph, 'recorder', '-p', f'path:={folder / "bag"}')
-            ready['wind'] = start(
-                graph, 'wind', '-p', 'pace:=lockstep', '-p', f'frames:={frames}', '-p',
-                'wait_for:=[renderer, recorder]', '-p', 'paused:=true')
-            idle = {node: processor_time(graph.processes[node]) for node in NODES}
-            time.sleep(PAUSE)
-            idle = {node: (processor_time(graph.processes[node]) - idle[node]) / PAUSE
-                    for node in NODES}
-            graph.end('wind')
-            start(graph, 'wind', '-p', 'pace:=lockstep', '-p', f'frames:={frames}', '-p',
-                  'wait_for:=[renderer, recorder]')
-            resident = {}
-            while graph.processes['wind'].poll() is None:
-                resident |= {node: memory(process) for node, process in graph.processes.items()
-                             if process.poll() is None}
-                time.sleep(0.1)
-            for node in NODES[1:]:
-                graph.end(node)
-            shares = {node: SUMMARY.search(graph.log(node)).groups() for node in NODES}
-        return {'frames_per_second': frames / float(shares['recorder'][1]),
-                'nodes': {node: {
-                    'wait': float(shares[node][2]), 'work': float(shares[node][3]),
-                    'publish': float(shares[node][4]), 'resident_mb': resident[node],
-                    'ready_s': ready[node], 'paused_percent': 100.0 * idle[node]}
-                    for node in NODES}}
-    finally:
-        shutil.rmtree(folder)
+def run(frames, folder):
+    """Film one shot into folder / 'bag'; return what was measured."""
+    with Graph(folder / 'log') as graph:
+        ready = {node: start(graph, node) for node in ('physics', 'renderer')}
+        ready['recorder'] = start(graph, 'recorder', '-p', f'path:={folder / "bag"}')
+        ready['wind'] = start(
+            graph, 'wind', '-p', 'pace:=lockstep', '-p', f'frames:={frames}', '-p',
+            'wait_for:=[renderer, recorder]', '-p', 'paused:=true')
+        idle = {node: processor_time(graph.processes[node]) for node in NODES}
+        time.sleep(PAUSE)
+        idle = {node: (processor_time(graph.processes[node]) - idle[node]) / PAUSE
+                for node in NODES}
+        graph.end('wind')
+        start(graph, 'wind', '-p', 'pace:=lockstep', '-p', f'frames:={frames}', '-p',
+              'wait_for:=[renderer, recorder]')
+        resident = {}
+        while graph.processes['wind'].poll() is None:
+            resident |= {node: memory(process) for node, process in graph.processes.items()
+                         if process.poll() is None}
+            time.sleep(0.1)
+        for node in NODES[1:]:
+            graph.end(node)
+        shares = {node: SUMMARY.search(graph.log(node)).groups() for node in NODES}
+    return {'frames_per_second': frames / float(shares['recorder'][1]),
+            'nodes': {node: {
+                'wait': float(shares[node][2]), 'work': float(shares[node][3]),
+                'publish': float(shares[node][4]), 'resident_mb': resident[node],
+                'ready_s': ready[node], 'paused_percent': 100.0 * idle[node]}
+                for node in NODES}}
+
+
+def alone(node, folder):
+    """Return the frames a second that a node serves with nobody else at work but the probe."""
+    with Graph(folder / f'alone-{node}') as graph, Probe(graph.domain) as probe:
+        if node == 'wind':
+            start(graph, node, '-p', 'pace:=lockstep', '-p', 'wait_for:=[renderer]')
+            return answer_wind(probe, FED)
+        start(graph, node, *(('-p', f'path:={folder / "copy"}') if node == 'recorder' else ()))
+        return feed(probe, node, recorded_frames(folder / 'bag', FED))
+
+
+def beat(folder):
+    """Return the wind's jitter [ms] in real time, at the median and the 99th percentile."""
+    with Graph(folder / 'beat') as graph, Probe(graph.domain) as probe:
+        for node in ('physics', 'renderer'):
+            start(graph, node)
+        start(graph, 'wind', '-p', f'rate:={BEAT}')
+        return sending_jitter(probe, BEAT, BEATS)
+
+
+def measure(frames):
+    """Film a shot, then feed its nodes alone; return what was measured."""
+    with tempfile.TemporaryDirectory(prefix='flag_sim-bench-') as folder:
+        result = run(frames, Path(folder))
+        for node in NODES:
+            result['nodes'][node]['alone_frames_per_second'] = alone(node, Path(folder))
+    return result
 
 
 def median_of(runs):
@@ -103,6 +133,11 @@ def median_of(runs):
     return round(statistics.median(runs), 2)
 
 
+def verdict(is_reached):
+    """Return the word for an aim that is reached, or not."""
+    return 'reached' if is_reached else 'MISSED'
+
+
 def main():
     """Measure, print and write."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -110,19 +145,33 @@ def main():
     parser.add_argument('--runs', type=int, default=3)
     parser.add_argument('--out', type=Path, default=Path('out/bench.json'))
     options = parser.parse_args()
-    run(30)  # compiles the kernels where they are not cached yet
-    runs = [run(options.frames) for _ in range(options.runs)]
+    with tempfile.TemporaryDirectory(prefix='flag_sim-bench-') as folder:
+        run(30, Path(folder))  # compiles the kernels where they are not cached yet
+        jitter = beat(Path(folder))
+    runs = [measure(options.frames) for _ in range(options.runs)]
     result = median_of(runs)
     result['spread_frames_per_second'] = [round(one['frames_per_second'], 1) for one in runs]
     result['machine'] = f'{platform.machine()}, {os.cpu_count()} processors'
+    result['jitter_ms'] = dict(zip(('median', 'percentile_99'), jitter))
     rates = ', '.join(f'{rate:.0f}' for rate in result['spread_frames_per_second'])
     print(f'{result["frames_per_second"]:.0f} frames/s recorded at 640 x 480 ({options.frames} '
           f'frames, runs: {rates}; {result["machine"]})')
     print(f'{"":10}{"wait %":>8}{"work %":>8}{"publish %":>10}{"MB":>8}{"ready s":>9}'
-          f'{"paused %":>10}')
+          f'{"paused %":>10}{"alone":>7}')
     for node, row in result['nodes'].items():
         print(f'{node:10}{row["wait"]:8.1f}{row["work"]:8.1f}{row["publish"]:10.1f}'
-              f'{row["resident_mb"]:8.0f}{row["ready_s"]:9.2f}{row["paused_percent"]:10.1f}')
+              f'{row["resident_mb"]:8.0f}{row["ready_s"]:9.2f}{row["paused_percent"]:10.1f}'
+              f'{row["alone_frames_per_second"]:7.0f}')
+    alone_rates = {node: row['alone_frames_per_second'] for node, row in result['nodes'].items()}
+    slowest = min(alone_rates, key=alone_rates.get)
+    result['share_of_slowest'] = result['frames_per_second'] / alone_rates[slowest]
+    print(f'{100.0 * result["share_of_slowest"]:.0f} % of what the slowest node alone, '
+          f'{slowest}, allows; aimed at: {100.0 * SHARE_AIM:.0f} % '
+          f'({verdict(result["share_of_slowest"] >= SHARE_AIM)})')
+    is_even = all(here < aim for here, aim in zip(jitter, JITTER_AIM))
+    print(f'real time, {BEAT:g} Hz: frames leave {jitter[0]:.2f} ms off the beat at the median '
+          f'and {jitter[1]:.2f} ms at the 99th percentile; aimed at: {JITTER_AIM[0]:g} and '
+          f'{JITTER_AIM[1]:g} ms ({verdict(is_even)})')
     options.out.parent.mkdir(parents=True, exist_ok=True)
     options.out.write_text(json.dumps(result, indent=2) + '\n')
     print(f'written to {options.out}')
