@@ -14,6 +14,7 @@
 
 """Dials: what is accepted, what is refused, and that all places agree on them."""
 from flag_sim.cloth.material import Air, LAWS, Material
+from flag_sim.cloth.mesh import PRECISIONS
 from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.cloth.stability import Stepping
 from flag_sim.drawing.camera import Camera
@@ -70,11 +71,12 @@ def test_defaults_obey_their_own_rules(node):
         assert dial.accept(dial.default) == dial.default
 
 
-def test_every_solver_and_law_can_be_chosen():
+def test_every_solver_law_and_precision_can_be_chosen():
     """The choices of the node are those of the library."""
     physics = {dial.name: dial for dial in NODES['physics']}
     assert set(physics['solver'].choices) == set(SOLVERS)
     assert set(physics['air.law'].choices) == set(LAWS)
+    assert physics['precision'].choices == PRECISIONS
 
 
 def test_defaults_are_those_of_the_library():

@@ -13,7 +13,8 @@
 # limitations under the License.
 
 """Any number of threads makes the same picture, and the choice among them is the fastest."""
-from flag_sim.drawing import Camera, crew, Picture, Style
+from flag_sim import crew
+from flag_sim.drawing import Camera, Picture, Style
 from flag_sim.drawing.bands import BAND, next_row
 from flag_sim.drawing.tiles import TILE
 

@@ -27,7 +27,7 @@ stretching it is the energy of a plate, B/2 (curvature)^2 per area, in whatever 
 rolled; the mixed term sees to that. It is zero in any flat state and does not change when the
 sheet moves or turns.
 """
-from flag_sim.kernels import kernel
+from flag_sim.kernels import kernel, wide_kernel
 import numpy as np
 
 ONE = np.uint64(1)
@@ -44,12 +44,13 @@ def bend_constants(bend_stiffness, dx, dy):
             2.0 * bend_stiffness / (dx * dy))
 
 
-@kernel
+@wide_kernel
 def set_moments(position, weights, bend, moments, span):
     """
     Fill the moments [N] at each node: the constants times second differences of the positions.
 
-    moments: for each axis x, y and z three flat arrays, across, down and twist.
+    moments: for each axis x, y and z three flat arrays, across, down and twist. Differences of
+    neighbours come first: they are exact where positions are rounded.
     """
     b_across, b_down, b_twist = bend
     x, y, z = position
@@ -60,17 +61,17 @@ def set_moments(position, weights, bend, moments, span):
     for i in range(first, last):
         e, w, s, n, d = i + ONE, i - ONE, i + stride, i - stride, i + stride + ONE
         b = b_across * weights.bend_across[i]
-        across_x[i] = b * (x[e] - 2.0 * x[i] + x[w])
-        across_y[i] = b * (y[e] - 2.0 * y[i] + y[w])
-        across_z[i] = b * (z[e] - 2.0 * z[i] + z[w])
+        across_x[i] = b * ((x[e] - x[i]) - (x[i] - x[w]))
+        across_y[i] = b * ((y[e] - y[i]) - (y[i] - y[w]))
+        across_z[i] = b * ((z[e] - z[i]) - (z[i] - z[w]))
         b = b_down * weights.bend_down[i]
-        down_x[i] = b * (x[s] - 2.0 * x[i] + x[n])
-        down_y[i] = b * (y[s] - 2.0 * y[i] + y[n])
-        down_z[i] = b * (z[s] - 2.0 * z[i] + z[n])
+        down_x[i] = b * ((x[s] - x[i]) - (x[i] - x[n]))
+        down_y[i] = b * ((y[s] - y[i]) - (y[i] - y[n]))
+        down_z[i] = b * ((z[s] - z[i]) - (z[i] - z[n]))
         b = b_twist * weights.cell[i]
-        twist_x[i] = b * (x[i] - x[e] - x[s] + x[d])
-        twist_y[i] = b * (y[i] - y[e] - y[s] + y[d])
-        twist_z[i] = b * (z[i] - z[e] - z[s] + z[d])
+        twist_x[i] = b * ((x[i] - x[e]) - (x[s] - x[d]))
+        twist_y[i] = b * ((y[i] - y[e]) - (y[s] - y[d]))
+        twist_z[i] = b * ((z[i] - z[e]) - (z[s] - z[d]))
 
 
 @kernel
@@ -81,11 +82,11 @@ def add_moments(moments, force, span):
         _add_along(across, down, twist, force[axis], span)
 
 
-@kernel
+@wide_kernel
 def _add_along(across, down, twist, f, span):
     first, last, stride = span
     for i in range(first, last):
         e, w, s, n = i + ONE, i - ONE, i + stride, i - stride
-        f[i] -= (across[e] - 2.0 * across[i] + across[w]
-                 + down[s] - 2.0 * down[i] + down[n]
-                 + twist[i] - twist[w] - twist[n] + twist[n - ONE])
+        f[i] -= (((across[e] - across[i]) - (across[i] - across[w]))
+                 + ((down[s] - down[i]) - (down[i] - down[n]))
+                 + ((twist[i] - twist[w]) - (twist[n] - twist[n - ONE])))

@@ -17,9 +17,9 @@ from typing import NamedTuple
 
 from flag_sim.cloth.bending import add_moments, set_moments
 from flag_sim.cloth.material import Air
-from flag_sim.cloth.springs import add_tensions, damped_tensions, elastic_tensions
+from flag_sim.cloth.springs import damped_tensions, elastic_tensions, sum_tensions
 from flag_sim.cloth.wind import add_faces, wind_on_faces
-from flag_sim.kernels import kernel
+from flag_sim.kernels import kernel, wide_kernel
 
 
 class Forcing(NamedTuple):
@@ -62,9 +62,9 @@ class Work(NamedTuple):
         return cls(arrays(3), arrays(4), (arrays(3), arrays(3), arrays(3)), arrays(6))
 
 
-@kernel
-def _set_gravity(force, mass, gravity, span):
-    """Set each node's force to gravity (1.1); pinned nodes do not answer to it."""
+@wide_kernel
+def _set_weights(mass, gravity, force, span):
+    """Set each node's force [N] to its weight (1.1); pinned nodes do not answer to it."""
     fx, fy, fz = force
     first, last, _ = span
     for i in range(first, last):
@@ -83,13 +83,14 @@ def set_forces(position, velocity, wind, mass, weights, coefficients, work, dt, 
     force, tensions, moments, faces = work.force, work.tensions, work.moments, work.faces
     k, c, rest = coefficients.spring_k, coefficients.spring_c, coefficients.spring_rest
     bend = coefficients.bend
-    _set_gravity(force, mass, coefficients.gravity, span)
     if max(c) > 0.0:
         damped_tensions(position, velocity, weights, k, c, rest, tensions, span)
     elif max(k) > 0.0:
         elastic_tensions(position, weights, k, rest, tensions, span)
     if max(k) > 0.0:
-        add_tensions(position, tensions, force, span)
+        sum_tensions(position, tensions, mass, coefficients.gravity, force, span)
+    else:
+        _set_weights(mass, coefficients.gravity, force, span)
     if max(bend) > 0.0:
         set_moments(position, weights, bend, moments, span)
         add_moments(moments, force, span)

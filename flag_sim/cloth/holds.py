@@ -32,19 +32,21 @@ def hold_reach(position, velocity, hoist, reach, free, columns, span):
     vx, vy, vz = velocity
     hx, hy, hz = hoist
     first, last, stride = span
+    number = type(reach)
     held = 0
     for row in range(hx.size):
         for column in range(1, columns):
             i = first + np.uint64(row) * stride + np.uint64(column)
             dx, dy, dz = x[i] - hx[row], y[i] - hy[row], z[i] - hz[row]
-            distance, longest = math.sqrt(dx * dx + dy * dy + dz * dz), reach * column
+            distance = math.sqrt(dx * dx + dy * dy + dz * dz)
+            longest = reach * number(column)
             if distance > longest and free[i] > 0.0:
                 held += 1
                 dx, dy, dz = dx / distance, dy / distance, dz / distance
                 x[i] = hx[row] + longest * dx
                 y[i] = hy[row] + longest * dy
                 z[i] = hz[row] + longest * dz
-                out = max(vx[i] * dx + vy[i] * dy + vz[i] * dz, 0.0)
+                out = max(vx[i] * dx + vy[i] * dy + vz[i] * dz, number(0.0))
                 vx[i] -= out * dx
                 vy[i] -= out * dy
                 vz[i] -= out * dz
@@ -56,6 +58,7 @@ def hold_outside(position, velocity, free, center_x, center_y, radius, span):
     """Put every node inside a vertical cylinder on its surface, and stop it moving inwards."""
     x, y, _ = position
     vx, vy, _ = velocity
+    number = type(radius)
     first, last, _ = span
     for i in range(first, last):
         dx, dy = x[i] - center_x, y[i] - center_y
@@ -64,9 +67,9 @@ def hold_outside(position, velocity, free, center_x, center_y, radius, span):
             if distance > 0.0:
                 dx, dy = dx / distance, dy / distance
             else:
-                dx, dy = 1.0, 0.0
+                dx, dy = number(1.0), number(0.0)
             x[i] = center_x + radius * dx
             y[i] = center_y + radius * dy
-            inwards = min(vx[i] * dx + vy[i] * dy, 0.0)
+            inwards = min(vx[i] * dx + vy[i] * dy, number(0.0))
             vx[i] -= inwards * dx
             vy[i] -= inwards * dy

@@ -21,8 +21,11 @@ import numpy as np
 MAX_NODES = 2**20
 """A limit on rows x columns, so that a mistyped dial is refused before it fills the memory."""
 
-LINE = 8
-"""Float64 in a cache line. Rows of memory begin on one, so that stored vectors lie in one."""
+LINE = 64
+"""Bytes in a cache line. Fields begin on one, so that the vectors that are stored lie in one."""
+
+PRECISIONS = ('float64', 'float32')
+"""What the numbers of fields may be. Vectors hold twice as many float32."""
 
 
 class Weights(NamedTuple):
@@ -45,15 +48,17 @@ class Mesh:
 
     length, width: of the cloth at rest [m], along the rows and down the columns.
     pinned: whether the hoist is held; a cloth without pins flies free.
+    precision: of all fields and of the numbers that go with them, one of PRECISIONS.
 
     In memory a field is one flat array. A ghost node follows each row and a row of ghosts lies
     above and below, so that every node finds its eight neighbours at constant offsets, stride to
     the next row. Ghosts have weight and mass zero: they need no special case.
 
-    Raises ValueError for a grid below 2 x 2 or above MAX_NODES, or a size that is not positive.
+    Raises ValueError for a grid below 2 x 2 or above MAX_NODES, or a size that is not positive,
+    and an unknown precision.
     """
 
-    def __init__(self, rows, columns, length, width, pinned=True):
+    def __init__(self, rows, columns, length, width, pinned=True, precision='float64'):
         self.rows = checks.whole('grid.rows', rows, 2, MAX_NODES)
         self.columns = checks.whole('grid.columns', columns, 2, MAX_NODES)
         if self.rows * self.columns > MAX_NODES:
@@ -62,13 +67,18 @@ class Mesh:
         self.length = checks.finite('flag.length', length, low=1e-3, high=1e4)
         self.width = checks.finite('flag.width', width, low=1e-3, high=1e4)
         self.pinned = bool(pinned)
+        if precision not in PRECISIONS:
+            raise ValueError(f'precision must be one of {PRECISIONS}, not {precision!r}')
+        self.precision = precision
+        self._dtype = np.dtype(precision)
+        self._line = LINE // self._dtype.itemsize
         self.dx = self.length / (self.columns - 1)
         self.dy = self.width / (self.rows - 1)
 
         self.stride = self.columns + 1
-        self.first = _to_line(self.stride + 1)
+        self.first = self._to_line(self.stride + 1)
         self.last = self.first + self.rows * self.stride - 1
-        self.size = _to_line(self.last + self.stride + 1)
+        self.size = self._to_line(self.last + self.stride + 1)
         # Unsigned: numba then needs no test for negative indices, and loops become vectors.
         self.span = (np.uint64(self.first), np.uint64(self.last), np.uint64(self.stride))
 
@@ -93,8 +103,8 @@ class Mesh:
 
     def fields(self, count):
         """Return new flat fields, all zero: (count, mesh.size), each on a cache line's start."""
-        memory = np.zeros(count * self.size + LINE)
-        start = -(memory.ctypes.data // memory.itemsize) % LINE
+        memory = np.zeros(count * self.size + self._line, self._dtype)
+        start = -(memory.ctypes.data // memory.itemsize) % self._line
         return memory[start:start + count * self.size].reshape(count, self.size)
 
     def pad(self, grid):
@@ -102,6 +112,12 @@ class Mesh:
         flat = self.fields(1)[0]
         self.grid(flat)[...] = grid
         return flat
+
+    def number(self, value):
+        """Return value, or a tuple of values, in the fields' precision and within its range."""
+        if isinstance(value, tuple):
+            return tuple(self.number(one) for one in value)
+        return self._dtype.type(min(value, np.finfo(self._dtype).max))
 
     def rest(self, hoist_top):
         """Return the cloth laid flat from hoist_top along +x and down: (rows, columns, 3) [m]."""
@@ -111,10 +127,9 @@ class Mesh:
         positions[..., 2] = hoist_top[2] - np.linspace(0.0, self.width, self.rows)[:, None]
         return positions
 
-
-def _to_line(count):
-    """Return count rounded up to whole cache lines."""
-    return -(-count // LINE) * LINE
+    def _to_line(self, count):
+        """Return a count of numbers rounded up to whole cache lines."""
+        return -(-count // self._line) * self._line
 
 
 def _ends(ones, first, last):

@@ -59,6 +59,8 @@ class Model:
             rate *= 2.0  # the derivative of a square
         elif air.law == 'seed' and drag > 0.0:
             drag, rate = 1.0, 0.0
+        number = self.mesh.number
         return Coefficients(
-            self.spring_k, self.spring_c, self.spring_rest, self.bend, forcing.gravity, drag,
-            rate, LAWS[air.law], order, self.material.node_damping)
+            number(self.spring_k), number(self.spring_c), number(self.spring_rest),
+            number(self.bend), number(forcing.gravity), number(drag), number(rate), LAWS[air.law],
+            order, number(self.material.node_damping))

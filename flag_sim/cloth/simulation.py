@@ -52,16 +52,18 @@ class Cloth:
     stretch_limit: no node of a pinned cloth ends a frame farther from the beginning of its row
     than 1 + stretch_limit times its distance at rest; held: how many nodes that held back in the
     last frame. pole: an upright cylinder (x, y, radius) [m] that the cloth stays out of.
+    precision: of the numbers inside, float64 or float32; what is given out is float64.
 
-    material, air, gravity, stepping, solver, stretch_limit and pole may be changed between frames
-    by assignment; regrid keeps the motion too; hang and reset start anew. Everything raises
-    ValueError for a value that it cannot take, and then leaves the cloth as it was. Whatever is
-    set, the state stays finite.
+    material, air, gravity, stepping, solver, stretch_limit, pole and precision may be changed
+    between frames by assignment; regrid keeps the motion too; hang and reset start anew.
+    Everything raises ValueError for a value that it cannot take, and then leaves the cloth as it
+    was. Whatever is set, the state stays finite.
     """
 
     def __init__(self, rows=21, columns=31, length=2.25, width=1.5, hoist_top=(0.05, 0.0, 8.9), *,
                  pinned=True, material=None, air=None, gravity=9.81, stepping=None,
-                 solver='symplectic', stretch_limit=1.0, pole=None):
+                 solver='symplectic', stretch_limit=1.0, pole=None,
+                 precision='float64'):
         self._hoist_top = checks.vector('hoist_top', hoist_top, MAX_HOIST)
         self._material = material or Material()
         self.air = air or Air()
@@ -70,7 +72,7 @@ class Cloth:
         self.pole = pole
         self.held = 0
         self._solver_name = _known_solver(solver)
-        self._put_on(Mesh(rows, columns, length, width, pinned))
+        self._put_on(Mesh(rows, columns, length, width, pinned, precision))
         self.reset()
         self.stretch_limit = stretch_limit
 
@@ -141,6 +143,18 @@ class Cloth:
         self._remodel()
 
     @property
+    def precision(self):
+        """Return the precision of the numbers inside, float64 or float32."""
+        return self._mesh.precision
+
+    @precision.setter
+    def precision(self, precision):
+        if precision != self._mesh.precision:
+            old, positions, velocities = self._mesh, self.positions, self.velocities
+            self._put_on(Mesh(old.rows, old.columns, old.length, old.width, old.pinned, precision))
+            self.place(positions, velocities)
+
+    @property
     def positions(self):
         """Return a copy of the nodes' positions: (rows, columns, 3) float64 [m]."""
         return self._state.positions()
@@ -165,7 +179,8 @@ class Cloth:
     def hang(self, hoist_top, length, width):
         """Change the flag's size [m] and where it is held, (x, y, z) [m]; it starts at rest."""
         hoist_top = checks.vector('hoist_top', hoist_top, MAX_HOIST)
-        mesh = Mesh(self._mesh.rows, self._mesh.columns, length, width, self._mesh.pinned)
+        old = self._mesh
+        mesh = Mesh(old.rows, old.columns, length, width, old.pinned, old.precision)
         self._hoist_top = hoist_top
         self._put_on(mesh)
         self.reset()
@@ -173,7 +188,7 @@ class Cloth:
     def regrid(self, rows, columns):
         """Change the grid while the motion goes on; new nodes take their place among the old."""
         old = self._mesh
-        mesh = Mesh(rows, columns, old.length, old.width, old.pinned)
+        mesh = Mesh(rows, columns, old.length, old.width, old.pinned, old.precision)
         positions = resample(self.positions, mesh.rows, mesh.columns)
         velocities = resample(self.velocities, mesh.rows, mesh.columns)
         self._put_on(mesh)
@@ -194,10 +209,12 @@ class Cloth:
             self._take(forcing, step, steps.granted)
         else:
             # Held out of the pole after each step, lest a frame carries the cloth through.
+            x, y, radius = self._pole
+            pole = self._mesh.number((x - self._hoist_top[0], y - self._hoist_top[1], radius))
             for _ in range(steps.granted):
                 self._take(forcing, step, 1)
                 hold_outside(self._state.position, self._state.velocity, self._mesh.free,
-                             *self._pole, self._mesh.span)
+                             *pole, self._mesh.span)
         self._hold_if_broken(steps, dt)
         self._hold_reach()
         return steps
@@ -213,9 +230,9 @@ class Cloth:
         mesh = self._mesh
         if mesh.pinned:
             hoist = tuple(mesh.grid(axis)[:, 0].copy() for axis in self._state.position)
-            self.held = hold_reach(self._state.position, self._state.velocity, hoist,
-                                   (1.0 + self._stretch_limit) * mesh.dx, mesh.free, mesh.columns,
-                                   mesh.span)
+            reach = mesh.number((1.0 + self._stretch_limit) * mesh.dx)
+            self.held = hold_reach(self._state.position, self._state.velocity, hoist, reach,
+                                   mesh.free, mesh.columns, mesh.span)
 
     def _planned(self, dt, forcing):
         """Return the Plan for a frame, and make the solver ready to carry it out."""
@@ -246,8 +263,8 @@ class Cloth:
     def _put_on(self, mesh):
         """Take a mesh, with room for its state, the next one, and one to fall back on."""
         self._mesh = mesh
-        self._state = State(mesh)
-        self._spare = State(mesh)
+        self._state = State(mesh, self._hoist_top)
+        self._spare = State(mesh, self._hoist_top)
         self._last_good = self._state.data.copy()
         self._remodel()
 

@@ -21,7 +21,9 @@ it: each root is taken once, and opposite forces are equal to the last bit.
 """
 import math
 
-from flag_sim.kernels import kernel
+from flag_sim.kernels import kernel, wide_kernel
+import numba
+from numba.extending import overload
 import numpy as np
 
 ONE = np.uint64(1)
@@ -56,18 +58,42 @@ def dashpot_constants(spring_k, damping, mass):
     return tuple(2.0 * damping * math.sqrt(0.5 * k * mass) for k in spring_k)
 
 
+def _refined(x, estimate):
+    """Return 1 / sqrt(x) in the precision of x, from an estimate in float32."""
+
+
+@overload(_refined, jit_options={'fastmath': {'contract'}})
+def _refine(x, estimate):
+    if x == numba.float32:
+        return lambda x, estimate: estimate
+
+    def refine(x, estimate):
+        # Householder's step of third order: 24 bits become all of float64's 53.
+        rest = 1.0 - x * estimate * estimate
+        return estimate + estimate * (rest * (0.5 + 0.375 * rest))
+    return refine
+
+
 @kernel
 def _inverse_lengths(a2, b2, c2, d2):
-    """Return 1 / sqrt of four squared lengths [1/m]; one division, the slow part, serves all."""
-    a, b = math.sqrt(max(a2, TINY)), math.sqrt(max(b2, TINY))
-    c, d = math.sqrt(max(c2, TINY)), math.sqrt(max(d2, TINY))
+    """
+    Return 1 / sqrt of four squared lengths [1/m].
+
+    Roots and divisions are the slow part, in float64 above all: they are taken in float32 and then
+    refined, and one division serves all four.
+    """
+    tiny = type(a2)(TINY)
+    a2, b2, c2, d2 = max(a2, tiny), max(b2, tiny), max(c2, tiny), max(d2, tiny)
+    a, b = math.sqrt(np.float32(a2)), math.sqrt(np.float32(b2))
+    c, d = math.sqrt(np.float32(c2)), math.sqrt(np.float32(d2))
     ab, cd = a * b, c * d
-    inverse = 1.0 / (ab * cd)
+    inverse = np.float32(1.0) / (ab * cd)
     ab, cd = inverse * cd, inverse * ab
-    return ab * b, ab * a, cd * d, cd * c
+    return (_refined(a2, ab * b), _refined(b2, ab * a), _refined(c2, cd * d),
+            _refined(d2, cd * c))
 
 
-@kernel
+@wide_kernel
 def elastic_tensions(position, weights, spring_k, spring_rest, tensions, span):
     """Fill the tensions [N/m] of the springs that begin at each node: k x / l (Hooke, 1.2)."""
     x, y, z = position
@@ -89,7 +115,7 @@ def elastic_tensions(position, weights, spring_k, spring_rest, tensions, span):
         falling[i] = weights.cell[i] * (k_x - pull_x * f)
 
 
-@kernel
+@wide_kernel
 def damped_tensions(position, velocity, weights, spring_k, spring_c, spring_rest, tensions, span):
     """
     Fill the tensions [N/m] of the springs that begin at each node, with their dashpots.
@@ -123,9 +149,9 @@ def damped_tensions(position, velocity, weights, spring_k, spring_c, spring_rest
         falling[i] = weights.cell[i] * (k_x - pull_x * f + c_x * fv * (f * f))
 
 
-@kernel
-def add_tensions(position, tensions, force, span):
-    """Add to each node's force [N] the pull of the eight springs that meet in it."""
+@wide_kernel
+def sum_tensions(position, tensions, mass, gravity, force, span):
+    """Set each node's force [N] to its weight (1.1) and the pull of the eight springs on it."""
     x, y, z = position
     fx, fy, fz = force
     across, down, rising, falling = tensions
@@ -137,12 +163,12 @@ def add_tensions(position, tensions, force, span):
         # rising to the corner after it.
         te, tw, ts, tn = across[i], across[w], down[i], down[n]
         tse, tnw, tsw, tne = falling[i], falling[nw], rising[w], rising[n]
-        fx[i] += (te * (x[e] - x[i]) + tw * (x[w] - x[i]) + ts * (x[s] - x[i]) + tn * (x[n] - x[i])
-                  + tse * (x[se] - x[i]) + tnw * (x[nw] - x[i])
-                  + tsw * (x[sw] - x[i]) + tne * (x[ne] - x[i]))
-        fy[i] += (te * (y[e] - y[i]) + tw * (y[w] - y[i]) + ts * (y[s] - y[i]) + tn * (y[n] - y[i])
-                  + tse * (y[se] - y[i]) + tnw * (y[nw] - y[i])
-                  + tsw * (y[sw] - y[i]) + tne * (y[ne] - y[i]))
-        fz[i] += (te * (z[e] - z[i]) + tw * (z[w] - z[i]) + ts * (z[s] - z[i]) + tn * (z[n] - z[i])
-                  + tse * (z[se] - z[i]) + tnw * (z[nw] - z[i])
-                  + tsw * (z[sw] - z[i]) + tne * (z[ne] - z[i]))
+        fx[i] = (te * (x[e] - x[i]) + tw * (x[w] - x[i]) + ts * (x[s] - x[i]) + tn * (x[n] - x[i])
+                 + tse * (x[se] - x[i]) + tnw * (x[nw] - x[i])
+                 + tsw * (x[sw] - x[i]) + tne * (x[ne] - x[i]))
+        fy[i] = (te * (y[e] - y[i]) + tw * (y[w] - y[i]) + ts * (y[s] - y[i]) + tn * (y[n] - y[i])
+                 + tse * (y[se] - y[i]) + tnw * (y[nw] - y[i])
+                 + tsw * (y[sw] - y[i]) + tne * (y[ne] - y[i]))
+        fz[i] = (te * (z[e] - z[i]) + tw * (z[w] - z[i]) + ts * (z[s] - z[i]) + tn * (z[n] - z[i])
+                 + tse * (z[se] - z[i]) + tnw * (z[nw] - z[i])
+                 + tsw * (z[sw] - z[i]) + tne * (z[ne] - z[i]) - gravity * mass[i])

@@ -21,11 +21,13 @@ class State:
     """
     Positions [m] and velocities [m/s] of a mesh's nodes, as a structure of arrays.
 
-    position, velocity: tuples of three flat arrays (mesh.size,), for x, y and z.
+    position, velocity: tuples of three flat arrays (mesh.size,), for x, y and z. position is
+    measured from origin, (x, y, z) [m], so that a cloth far away is as exact as one that is near.
     """
 
-    def __init__(self, mesh):
+    def __init__(self, mesh, origin=(0.0, 0.0, 0.0)):
         self.mesh = mesh
+        self.origin = origin
         self.data = mesh.fields(6)
         self.position = tuple(self.data[:3])
         self.velocity = tuple(self.data[3:])
@@ -43,14 +45,17 @@ class State:
         velocities = np.zeros(shape) if velocities is None else velocities
         velocities = checks.array('velocities', velocities, shape)
         for axis in range(3):
-            mesh.grid(self.position[axis])[...] = positions[..., axis]
+            mesh.grid(self.position[axis])[...] = positions[..., axis] - self.origin[axis]
             mesh.grid(self.velocity[axis])[...] = velocities[..., axis]
             self.velocity[axis][...] *= mesh.free
 
     def positions(self):
-        """Return a copy of the nodes' positions: (rows, columns, 3) [m]."""
-        return np.stack([self.mesh.grid(axis) for axis in self.position], axis=-1)
+        """Return a copy of the nodes' positions: (rows, columns, 3) float64 [m]."""
+        return self._stack(self.position) + self.origin
 
     def velocities(self):
-        """Return a copy of the nodes' velocities: (rows, columns, 3) [m/s]."""
-        return np.stack([self.mesh.grid(axis) for axis in self.velocity], axis=-1)
+        """Return a copy of the nodes' velocities: (rows, columns, 3) float64 [m/s]."""
+        return self._stack(self.velocity)
+
+    def _stack(self, axes):
+        return np.stack([self.mesh.grid(axis) for axis in axes], axis=-1).astype(np.float64)

@@ -26,7 +26,7 @@ included, because the shares are those of the face's mass.
 """
 import math
 
-from flag_sim.kernels import kernel
+from flag_sim.kernels import kernel, wide_kernel
 import numpy as np
 
 ONE = np.uint64(1)
@@ -53,22 +53,23 @@ def _pressure(flux, ax, ay, az, drag, hold, law, order):
     However long the step and however far the face is stretched, the quadratic law then changes
     its velocity by at most u_n / 2 in a step.
     """
-    area2 = max(ax * ax + ay * ay + az * az, TINY)
+    number = type(flux)
+    area2 = max(ax * ax + ay * ay + az * az, number(TINY))
     if law == QUADRATIC:
         s = abs(flux)
     elif law == LINEAR:
         s = math.sqrt(area2)
     else:
-        s = 1.0
+        s = number(1.0)
     r = hold * s
     if order > 1:
         r = r * r
     if order > 2:
         r = r * r
-    return drag * s * flux / (area2 * (1.0 + r))
+    return drag * s * flux / (area2 * (number(1.0) + r))
 
 
-@kernel
+@wide_kernel
 def wind_on_faces(position, velocity, wind, drag, hold, law, order, weights, faces, span):
     """
     Fill half the wind's force [N] on the upper and the lower face of each cell (1.3).
@@ -80,12 +81,14 @@ def wind_on_faces(position, velocity, wind, drag, hold, law, order, weights, fac
     vx, vy, vz = velocity
     wx, wy, wz = wind
     # The letter of 1.3 knows the wind alone, not the cloth's own velocity.
-    quarter, own = (0.0, 0.0) if law == SEED else (0.25, 0.5)
+    number = type(drag)
+    half, quarter = number(0.5), number(0.0 if law == SEED else 0.25)
+    own = quarter + quarter
     upper_x, upper_y, upper_z, lower_x, lower_y, lower_z = faces
     first, last, stride = span
     for i in range(first, last):
         e, s, d = i + ONE, i + stride, i + stride + ONE
-        half = 0.5 * weights.cell[i]
+        share = half * weights.cell[i]
         # Velocity of the side that both faces share: a quarter of each of its ends.
         sx = quarter * (vx[e] + vx[s])
         sy = quarter * (vy[e] + vy[s])
@@ -93,20 +96,20 @@ def wind_on_faces(position, velocity, wind, drag, hold, law, order, weights, fac
 
         px, py, pz = x[e] - x[i], y[e] - y[i], z[e] - z[i]
         qx, qy, qz = x[s] - x[i], y[s] - y[i], z[s] - z[i]
-        ax, ay, az = (0.5 * (py * qz - pz * qy), 0.5 * (pz * qx - px * qz),
-                      0.5 * (px * qy - py * qx))
+        ax, ay, az = (half * (py * qz - pz * qy), half * (pz * qx - px * qz),
+                      half * (px * qy - py * qx))
         flux = ((wx - sx - own * vx[i]) * ax + (wy - sy - own * vy[i]) * ay
                 + (wz - sz - own * vz[i]) * az)
-        f = half * _pressure(flux, ax, ay, az, drag, hold, law, order)
+        f = share * _pressure(flux, ax, ay, az, drag, hold, law, order)
         upper_x[i], upper_y[i], upper_z[i] = f * ax, f * ay, f * az
 
         px, py, pz = x[s] - x[d], y[s] - y[d], z[s] - z[d]
         qx, qy, qz = x[e] - x[d], y[e] - y[d], z[e] - z[d]
-        ax, ay, az = (0.5 * (py * qz - pz * qy), 0.5 * (pz * qx - px * qz),
-                      0.5 * (px * qy - py * qx))
+        ax, ay, az = (half * (py * qz - pz * qy), half * (pz * qx - px * qz),
+                      half * (px * qy - py * qx))
         flux = ((wx - sx - own * vx[d]) * ax + (wy - sy - own * vy[d]) * ay
                 + (wz - sz - own * vz[d]) * az)
-        f = half * _pressure(flux, ax, ay, az, drag, hold, law, order)
+        f = share * _pressure(flux, ax, ay, az, drag, hold, law, order)
         lower_x[i], lower_y[i], lower_z[i] = f * ax, f * ay, f * az
 
 
@@ -117,9 +120,10 @@ def add_faces(faces, force, span):
         _add_along(faces[axis], faces[axis + 3], force[axis], span)
 
 
-@kernel
+@wide_kernel
 def _add_along(upper, lower, f, span):
+    half = f.dtype.type(0.5)
     first, last, stride = span
     for i in range(first, last):
         w, n = i - ONE, i - stride
-        f[i] += upper[i] + lower[n - ONE] + 0.5 * (upper[w] + lower[w] + upper[n] + lower[n])
+        f[i] += upper[i] + lower[n - ONE] + half * (upper[w] + lower[w] + upper[n] + lower[n])

@@ -13,11 +13,11 @@
 # limitations under the License.
 
 """A frame from end to end: flag, pole and platform in, pixels out."""
+from flag_sim.crew import Crew
 from flag_sim.drawing import checks, rasterizer, tiles
 from flag_sim.drawing.assembly import Assembly
 from flag_sim.drawing.camera import Camera
 from flag_sim.drawing.canvas import Canvas, SampleBuffers
-from flag_sim.drawing.crew import Crew
 from flag_sim.drawing.light import Light, shade
 from flag_sim.drawing.mesh import face_normals
 from flag_sim.drawing.painter import far_to_near

@@ -89,7 +89,7 @@ class Physics(FrameServer):
                      material=material_of(values), air=air_of(values),
                      gravity=values['gravity'], stepping=stepping_of(values),
                      solver=values['solver'], stretch_limit=values['stretch_limit'],
-                     pole=pole_of(values))
+                     pole=pole_of(values), precision=values['precision'])
 
     def _warm_up(self):
         """
@@ -98,7 +98,8 @@ class Physics(FrameServer):
         Those of the present solver only: all would take 14 MB and half a minute more.
         """
         slow = announce_when_slow(self, 'compiling the cloth kernels')
-        cloth = Cloth(3, 3, pole=(0.0, 0.0, 0.01), solver=self.values['solver'])
+        cloth = Cloth(3, 3, pole=(0.0, 0.0, 0.01), solver=self.values['solver'],
+                      precision=self.values['precision'])
         cloth.advance(1e-3)
         cloth.normals()
         slow.cancel()
@@ -149,6 +150,7 @@ class Physics(FrameServer):
         self._cloth.solver = values['solver']
         self._cloth.stretch_limit = values['stretch_limit']
         self._cloth.pole = pole_of(values)
+        self._cloth.precision = values['precision']
 
     def _advance(self, dt, wind):
         if dt > self._applied['max_gap']:

@@ -17,10 +17,10 @@ import math
 
 from flag_sim.cloth.forces import set_forces
 from flag_sim.cloth.solvers.solver import Solver
-from flag_sim.kernels import kernel
+from flag_sim.kernels import kernel, wide_kernel
 
 
-@kernel
+@wide_kernel
 def _update(position, velocity, force, inverse_mass, position_out, velocity_out, dt, keep, span):
     """Move the nodes; keep: what the nodes' damping leaves of a velocity in a step."""
     x, y, z = position
@@ -43,7 +43,8 @@ def _update(position, velocity, force, inverse_mass, position_out, velocity_out,
 def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inverse_mass, weights,
                 coefficients, work, dt, count, span):
     """Take count steps, each from one pair of arrays to the other."""
-    keep = 1.0 / (1.0 + dt * coefficients.node_damping)
+    one = type(dt)(1.0)
+    keep = one / (one + dt * coefficients.node_damping)
     for _ in range(count):
         set_forces(position, velocity, wind, mass, weights, coefficients, work, dt, span)
         _update(position, velocity, work.force, inverse_mass, position_out, velocity_out, dt, keep,

@@ -17,13 +17,13 @@ import math
 
 from flag_sim.cloth.forces import set_forces
 from flag_sim.cloth.solvers.solver import Solver
-from flag_sim.kernels import kernel
+from flag_sim.kernels import kernel, wide_kernel
 
 RADIUS = 2.6
 """The half disc of this radius left of the origin lies in the method's region of stability."""
 
 
-@kernel
+@wide_kernel
 def _begin(values, factor, stage, out, span):
     """Write values times a factor where the first stage is read and where stages are summed."""
     first, last, _ = span
@@ -34,7 +34,7 @@ def _begin(values, factor, stage, out, span):
             o[i] = factor * v[i]
 
 
-@kernel
+@wide_kernel
 def _stage(position, velocity, stage_x, stage_v, force, inverse_mass, position_out, velocity_out,
            weight, ahead, keep, span):
     """Add a stage's rates, times weight [s], to the result; go ahead [s] by them to the next."""
@@ -51,7 +51,7 @@ def _stage(position, velocity, stage_x, stage_v, force, inverse_mass, position_o
             vs[i] = keep * v[i] + ahead * a
 
 
-@kernel
+@wide_kernel
 def _damp(velocity, keep, span):
     """Take the second half of the nodes' damping."""
     first, last, _ = span
@@ -65,15 +65,16 @@ def _damp(velocity, keep, span):
 def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inverse_mass, weights,
                 coefficients, work, scratch, dt, count, span):
     """Take count steps, each from one pair of arrays to the other."""
-    keep = math.exp(-0.5 * dt * coefficients.node_damping)
+    number = type(dt)
+    keep = math.exp(number(-0.5) * dt * coefficients.node_damping)
     x, v = (scratch[0], scratch[1], scratch[2]), (scratch[3], scratch[4], scratch[5])
     for _ in range(count):
-        _begin(position, 1.0, x, position_out, span)
+        _begin(position, number(1.0), x, position_out, span)
         _begin(velocity, keep, v, velocity_out, span)
         for weight, ahead in ((1.0, 0.5), (2.0, 0.5), (2.0, 1.0), (1.0, 0.0)):
             set_forces(x, v, wind, mass, weights, coefficients, work, dt, span)
             _stage(position, velocity, x, v, work.force, inverse_mass, position_out, velocity_out,
-                   weight * dt / 6.0, ahead * dt, keep, span)
+                   number(weight / 6.0) * dt, number(ahead) * dt, keep, span)
         _damp(velocity_out, keep, span)
         position, position_out = position_out, position
         velocity, velocity_out = velocity_out, velocity

@@ -16,7 +16,7 @@
 from flag_sim.cloth.forces import set_forces
 from flag_sim.cloth.solvers.solver import Solver
 from flag_sim.cloth.solvers.symplectic import Symplectic
-from flag_sim.kernels import kernel
+from flag_sim.kernels import kernel, wide_kernel
 
 
 @kernel
@@ -29,7 +29,7 @@ def _scale(velocity, factor, velocity_out, span):
             out[i] = factor * v[i]
 
 
-@kernel
+@wide_kernel
 def _update(position, velocity, force, inverse_mass, position_out, velocity_out, dt, mu, span):
     """Move the nodes; velocities are in metres per step."""
     first, last, _ = span
@@ -48,16 +48,17 @@ def _update(position, velocity, force, inverse_mass, position_out, velocity_out,
 def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inverse_mass, weights,
                 coefficients, work, scratch, dt, count, span):
     """Take count steps, each from one pair of arrays to the other; velocities go by the step."""
-    mu = min(coefficients.node_damping, 1.0)
+    one, now = type(dt)(1.0), type(dt)(0.0)
+    mu = min(coefficients.node_damping, one)
     v, v_out = (scratch[0], scratch[1], scratch[2]), (scratch[3], scratch[4], scratch[5])
     _scale(velocity, dt, v, span)
     for _ in range(count):
-        set_forces(position, v, wind, mass, weights, coefficients, work, 0.0, span)
+        set_forces(position, v, wind, mass, weights, coefficients, work, now, span)
         _update(position, v, work.force, inverse_mass, position_out, v_out, dt, mu, span)
         position, position_out = position_out, position
         velocity, velocity_out = velocity_out, velocity
         v, v_out = v_out, v
-    _scale(v, 1.0 / dt, velocity, span)
+    _scale(v, one / dt, velocity, span)
 
 
 class Seed(Solver):

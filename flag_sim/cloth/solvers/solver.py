@@ -48,9 +48,10 @@ class Solver:
         Both are written to, in turn.
         """
         model = self.model
+        number = model.mesh.number
         self.take_steps(
-            state.position, state.velocity, spare.position, spare.velocity, forcing.wind,
-            model.mass, model.inverse_mass, model.mesh.weights,
-            model.coefficients(forcing, self.order), self._work, *self._scratch, dt, count,
-            model.mesh.span)
+            state.position, state.velocity, spare.position, spare.velocity,
+            number(forcing.wind), model.mass, model.inverse_mass, model.mesh.weights,
+            model.coefficients(forcing, self.order), self._work, *self._scratch, number(dt),
+            count, model.mesh.span)
         return spare if count % 2 else state

@@ -17,10 +17,10 @@ import math
 
 from flag_sim.cloth.forces import set_forces
 from flag_sim.cloth.solvers.solver import Solver
-from flag_sim.kernels import kernel
+from flag_sim.kernels import kernel, wide_kernel
 
 
-@kernel
+@wide_kernel
 def _accelerate(force, inverse_mass, acceleration, span):
     """Set the acceleration [m/s2] that the next step begins with."""
     first, last, _ = span
@@ -30,7 +30,7 @@ def _accelerate(force, inverse_mass, acceleration, span):
             a[i] = f[i] * inverse_mass[i]
 
 
-@kernel
+@wide_kernel
 def _drift(position, velocity, acceleration, position_out, velocity_out, dt, keep, span):
     """
     Move the nodes by x + h v + h^2/2 a; write the predicted velocity v + h a.
@@ -38,25 +38,27 @@ def _drift(position, velocity, acceleration, position_out, velocity_out, dt, kee
     Both halves of the nodes' damping are in the prediction: forces taken without the second would
     be first order where they depend on the velocity.
     """
+    half = type(dt)(0.5) * dt
     first, last, _ = span
     for axis in range(3):
         x, v, a = position[axis], velocity[axis], acceleration[axis]
         x_out, v_out = position_out[axis], velocity_out[axis]
         for i in range(first, last):
             u = v[i] * keep
-            x_out[i] = x[i] + dt * (u + 0.5 * dt * a[i])
+            x_out[i] = x[i] + dt * (u + half * a[i])
             v_out[i] = (u + dt * a[i]) * keep
 
 
-@kernel
+@wide_kernel
 def _kick(velocity, force, inverse_mass, acceleration, dt, keep, span):
     """Correct the predicted velocity to v + h/2 (a + a'), and keep a' for the next step."""
+    half = type(dt)(0.5) * dt
     first, last, _ = span
     for axis in range(3):
         v, f, a = velocity[axis], force[axis], acceleration[axis]
         for i in range(first, last):
             after = f[i] * inverse_mass[i]
-            v[i] += 0.5 * dt * (after - a[i]) * keep
+            v[i] += half * (after - a[i]) * keep
             a[i] = after
 
 
@@ -64,7 +66,7 @@ def _kick(velocity, force, inverse_mass, acceleration, dt, keep, span):
 def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inverse_mass, weights,
                 coefficients, work, acceleration, dt, count, span):
     """Take count steps, each from one pair of arrays to the other."""
-    keep = math.exp(-0.5 * dt * coefficients.node_damping)
+    keep = math.exp(type(dt)(-0.5) * dt * coefficients.node_damping)
     set_forces(position, velocity, wind, mass, weights, coefficients, work, dt, span)
     _accelerate(work.force, inverse_mass, acceleration, span)
     for _ in range(count):

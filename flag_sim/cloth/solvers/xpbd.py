@@ -17,14 +17,14 @@ import math
 
 from flag_sim.cloth.forces import Coefficients, set_forces
 from flag_sim.cloth.solvers.solver import Solver
-from flag_sim.kernels import kernel
+from flag_sim.kernels import kernel, wide_kernel
 import numpy as np
 
 ONE = np.uint64(1)
 TINY = 1e-30
 
 
-@kernel
+@wide_kernel
 def _predict(position, velocity, force, inverse_mass, position_out, dt, keep, span):
     """
     Move the nodes by the forces from outside alone.
@@ -50,14 +50,15 @@ def _meet_spring(before, position, inverse_mass, i, j, rest, stiff, damp):
     w = inverse_mass[i] + inverse_mass[j]
     if w * (stiff + damp) == 0.0:
         return
+    number = type(stiff)
     x, y, z = position
     bx, by, bz = before
     dx, dy, dz = x[j] - x[i], y[j] - y[i], z[j] - z[i]
     length = math.sqrt(dx * dx + dy * dy + dz * dz)
-    scale = 1.0 / max(length, TINY)
+    scale = number(1.0) / max(length, number(TINY))
     nx, ny, nz = dx * scale, dy * scale, dz * scale
     grown = nx * (dx - bx[j] + bx[i]) + ny * (dy - by[j] + by[i]) + nz * (dz - bz[j] + bz[i])
-    pull = (stiff * (length - rest) + damp * grown) / ((stiff + damp) * w + 1.0)
+    pull = (stiff * (length - rest) + damp * grown) / ((stiff + damp) * w + number(1.0))
     at_i, at_j = pull * inverse_mass[i], pull * inverse_mass[j]
     x[i] += at_i * nx
     y[i] += at_i * ny
@@ -93,6 +94,7 @@ def _meet_springs(before, position, inverse_mass, weights, spring_k, spring_c, s
 def _meet_bending(position, inverse_mass, weights, bend, dt, span):
     """Meet the second differences of each node, which are linear in the positions: exactly."""
     across, down, twist = dt * dt * bend[0], dt * dt * bend[1], dt * dt * bend[2]
+    one, two, four = type(dt)(1.0), type(dt)(2.0), type(dt)(4.0)
     w = inverse_mass
     first, last, stride = span
     for i in range(first, last):
@@ -100,26 +102,26 @@ def _meet_bending(position, inverse_mass, weights, bend, dt, span):
         for b, ahead, back in ((across * weights.bend_across[i], e, i - ONE),
                                (down * weights.bend_down[i], s, i - stride)):
             if b > 0.0:
-                part = b / (b * (w[ahead] + 4.0 * w[i] + w[back]) + 1.0)
+                part = b / (b * (w[ahead] + four * w[i] + w[back]) + one)
                 for axis in range(3):
                     x = position[axis]
-                    pull = part * (x[ahead] - 2.0 * x[i] + x[back])
+                    pull = part * ((x[ahead] - x[i]) - (x[i] - x[back]))
                     x[ahead] -= w[ahead] * pull
-                    x[i] += 2.0 * w[i] * pull
+                    x[i] += two * w[i] * pull
                     x[back] -= w[back] * pull
         b = twist * weights.cell[i]
         if b > 0.0:
-            part = b / (b * (w[i] + w[e] + w[s] + w[d]) + 1.0)
+            part = b / (b * (w[i] + w[e] + w[s] + w[d]) + one)
             for axis in range(3):
                 x = position[axis]
-                pull = part * (x[i] - x[e] - x[s] + x[d])
+                pull = part * ((x[i] - x[e]) - (x[s] - x[d]))
                 x[i] -= w[i] * pull
                 x[e] += w[e] * pull
                 x[s] += w[s] * pull
                 x[d] -= w[d] * pull
 
 
-@kernel
+@wide_kernel
 def _set_velocity(before, position, velocity, dt, span):
     """Set velocities to what the step has moved the nodes by."""
     first, last, _ = span
@@ -133,9 +135,11 @@ def _set_velocity(before, position, velocity, dt, span):
 def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inverse_mass, weights,
                 coefficients, work, dt, count, span):
     """Take count steps, each from one pair of arrays to the other."""
-    keep = 1.0 / (1.0 + dt * coefficients.node_damping)
+    one = type(dt)(1.0)
+    keep = one / (one + dt * coefficients.node_damping)
     k, c, rest = coefficients.spring_k, coefficients.spring_c, coefficients.spring_rest
-    none = (0.0, 0.0, 0.0)
+    zero = type(dt)(0.0)
+    none = (zero, zero, zero)
     outside = Coefficients(none, none, rest, none, coefficients.gravity, coefficients.drag,
                            coefficients.drag_rate, coefficients.law, coefficients.order,
                            coefficients.node_damping)

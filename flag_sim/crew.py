@@ -12,12 +12,12 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Threads that share the rows of a frame."""
+"""Threads that share the work of a frame."""
 from concurrent.futures import ThreadPoolExecutor
 import os
 import time
 
-# To choose, each number of threads draws this many frames; its fastest counts, for nothing else
+# To choose, each number of threads does this many frames; its fastest counts, for nothing else
 # on the machine can make a frame faster than it is.
 ROUNDS = 6
 # More threads are only taken if they save at least this share of the time.
@@ -28,7 +28,7 @@ class Crew:
     """
     Runs work(band, bands) for all bands at once, one thread a band.
 
-    threads: how many; 0 chooses by a measurement: the first frames are drawn by 1, 2, 4, ...
+    threads: how many; 0 chooses by a measurement: the first frames are done by 1, 2, 4, ...
     threads in turn, up to the processors of this process, and the best number stays.
     """
 
@@ -41,7 +41,7 @@ class Crew:
             counts = {min(2 ** k, processors) for k in range(processors.bit_length() + 1)}
             self._times = {count: [] for count in sorted(counts)}
         most = max(self._times, default=threads)
-        self._pool = ThreadPoolExecutor(most - 1, 'drawing') if most > 1 else None
+        self._pool = ThreadPoolExecutor(most - 1, 'crew') if most > 1 else None
 
     def __enter__(self):
         """Begin a frame."""
