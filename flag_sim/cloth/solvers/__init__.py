@@ -24,12 +24,13 @@ A solver is made for a model, and has
     advance(state, spare, forcing, dt, count) -> state   many steps in one compiled call
 """
 from flag_sim.cloth.solvers.euler import Euler
+from flag_sim.cloth.solvers.implicit import Implicit
 from flag_sim.cloth.solvers.rk4 import RK4
 from flag_sim.cloth.solvers.seed import Seed
 from flag_sim.cloth.solvers.symplectic import Symplectic
 from flag_sim.cloth.solvers.verlet import Verlet
 from flag_sim.cloth.solvers.xpbd import XPBD
 
-SOLVERS = {'symplectic': Symplectic, 'verlet': Verlet, 'rk4': RK4, 'xpbd': XPBD, 'euler': Euler,
-           'seed': Seed}
+SOLVERS = {'symplectic': Symplectic, 'verlet': Verlet, 'rk4': RK4, 'xpbd': XPBD,
+           'implicit': Implicit, 'euler': Euler, 'seed': Seed}
 """Every method by the name that users choose it by."""
