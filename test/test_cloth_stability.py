@@ -175,7 +175,7 @@ EXTREMES = int(os.environ.get('FLAG_SIM_EXTREMES', 200))
 """Random cloths per solver; the soak test asks for more."""
 
 
-@pytest.mark.parametrize('solver', ['symplectic', 'xpbd'])
+@pytest.mark.parametrize('solver', ['symplectic', 'xpbd', 'implicit'])
 @pytest.mark.parametrize('part', range(10))
 def test_random_extremes_stay_bounded(solver, part):
     """

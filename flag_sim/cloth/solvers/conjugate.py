@@ -76,20 +76,19 @@ def solve(matrix, mass, inverse_mass, weights, coefficients, work, residual, dir
     Improve the solution [m/s] until its residual is small, at most `limit` times.
 
     residual: b - A solution [N s], kept up to date. direction, product: overwritten. tolerance:
-    of the residual, sqrt(r^T M^-1 r), as a part of that at the beginning. Returns the iterations.
+    of the residual, sqrt(r^T M^-1 r), as a part of that at the beginning.
 
     Nodes without inverse mass, pins and ghosts, have no direction and so keep their solution.
     """
     left = norm2(residual, inverse_mass, span)
     enough = tolerance * tolerance * left
     _turn(direction, 0.0, residual, inverse_mass, span)
-    for iteration in range(limit):
+    for _ in range(limit):
         if not left > enough:
-            return iteration
+            break
         multiply(matrix, mass, weights, coefficients, work, direction, product, dt, span)
         length = left / dot(direction, product, span)
         _add(solution, length, direction, span)
         _add(residual, -length, product, span)
         before, left = left, norm2(residual, inverse_mass, span)
         _turn(direction, left / before, residual, inverse_mass, span)
-    return limit
