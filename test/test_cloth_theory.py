@@ -141,7 +141,7 @@ def test_a_sheet_hangs_alike_with_every_method(solver, columns):
 
     (cloth, step), (expected, _) = hung(solver), hung('symplectic')
     model = Model(cloth.mesh, material)
-    creep = max(np.divide(model.spring_c, model.spring_k))
+    creep = model.spring_c[2] / model.spring_k[2]
     sag = expected.hoist_top[2] - expected.positions[:, -1, 2].min() - cloth.mesh.length
     # Settled after 1.5 s to 1e-7 m; implicit leaves up to a thousandth of the weight unmet.
     left = {'xpbd': columns * 9.81 * step * (step + creep), 'implicit': 1e-3 * sag}

@@ -19,6 +19,7 @@ A solver is made for a model, and has
 
     order                                   of its error in the step
     largest_step(omega, gamma, drag) -> s   that is stable for these bounds
+    stable_step(omega, gamma, drag) -> s    in which nothing grows by itself; 0 if there is none
     useful_step                             the longest worth taking where all are stable
     step(state_in, state_out, forcing, dt)  one step; only the caller advances time
     advance(state, spare, forcing, dt, count) -> state   many steps in one compiled call
