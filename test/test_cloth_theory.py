@@ -29,9 +29,11 @@ LIMP = Material(stiffness=0.0, shear_stiffness=0.0, bend_stiffness=0.0)
 pytestmark = pytest.mark.parametrize('solver', SOLVERS)
 
 CLAIMS_NOT = {
-    'energy': {'xpbd', 'euler'},  # xpbd loses it, euler gains
-    'friction': {'seed'},                # its units make friction vanish
-    'undamped': {'euler'},               # it feeds what nothing damps
+    'energy': {'xpbd', 'implicit', 'euler'},  # the first two lose it, euler gains
+    'friction': {'seed'},  # its units make friction vanish
+    # A wave of frequency w grows at the rate h w^2 / 2, which only dashpots make up for. The
+    # nodes' damping does not: a few 1/s against 36 of the shortest waves in the test below.
+    'undamped': {'euler'},
 }
 """What methods do not claim, each with the reason that its docstring gives."""
 
@@ -55,7 +57,10 @@ def test_free_fall(solver):
     late = (0.5 + 1e-9) * 9.81 * time * 0.02 / steps.granted
     assert np.abs(fallen[..., :2]).max() < 1e-11
     assert fallen[..., 2] == pytest.approx(np.full((6, 9), 0.5 * 9.81 * time**2), abs=late)
-    assert cloth.velocities[..., 2] == pytest.approx(np.full((6, 9), -9.81 * time), rel=1e-11)
+    # xpbd's velocity is a difference of heights, of which each step rounds one.
+    noise = 10 * steps.granted * np.spacing(8.9) / (0.02 / steps.granted)
+    near = {'abs': noise} if solver == 'xpbd' else {'rel': 1e-11}
+    assert cloth.velocities[..., 2] == pytest.approx(np.full((6, 9), -9.81 * time), **near)
 
 
 def test_momentum_and_angular_momentum_stay(solver):
@@ -82,23 +87,49 @@ def test_momentum_and_angular_momentum_stay(solver):
     np.testing.assert_allclose(after[3:], before[3:], atol=1e-11 if exact else 0.02)
 
 
-@pytest.mark.parametrize('columns', [6, 21])
+@pytest.mark.parametrize('columns', [6, 21, 61])
 def test_stretch_under_own_weight(solver, columns):
     """A strip hung by one end is longer by M g L / (2 E A), whatever the grid."""
     claims(solver, 'friction')
     length, width, stiffness, density = 2.0, 0.5, 400.0, 0.3
     material = Material(density, stiffness, 0.0, 0.0, damping=0.2, node_damping=40.0)
-    # One sweep over the springs balances a weight only in small steps, to first order.
-    sweeps = solver == 'xpbd'
-    cloth = Cloth(3, columns, length, width, material=material, air=VACUUM, solver=solver,
-                  stepping=Stepping(substeps=1000 if sweeps else 0))
+    cloth = Cloth(3, columns, length, width, material=material, air=VACUUM, solver=solver)
     cloth.place(hanging(cloth))
     for _ in range(40):
         cloth.advance(0.05)
     longer = cloth.hoist_top[2] - cloth.positions[:, -1, 2] - length
     mass = density * length * width
     expected = mass * 9.81 * length / (2.0 * stiffness * width)
-    np.testing.assert_allclose(longer, expected, rtol=0.03 if sweeps else 1e-6)
+    # What has not yet settled after 2 s; implicit leaves up to a thousandth of the weight unmet.
+    np.testing.assert_allclose(longer, expected, rtol=1e-3 if solver == 'implicit' else 1e-6)
+
+
+@pytest.mark.parametrize('columns', [6, 11, 21, 31])
+def test_a_sheet_hangs_alike_with_every_method(solver, columns):
+    """
+    The default membrane, which shares its weight with the diagonals, at each method's own steps.
+
+    Where the forces balance there is one answer. But xpbd meets lines that cross one after the
+    other: what one line is pulled by, up to the weight of a row, moves each of its nodes by
+    h^2 F / m = columns g h^2 while another is met, and dashpots resist the way back, by c / (h k).
+    """
+    claims(solver, 'friction', 'undamped')
+    material = Material(0.3, damping=0.2, node_damping=40.0, bend_stiffness=0.0)
+
+    def hung(method):
+        cloth = Cloth(7, columns, material=material, air=VACUUM, solver=method)
+        cloth.place(hanging(cloth))
+        for _ in range(30):
+            steps = cloth.advance(0.05)
+        return cloth, 0.05 / steps.granted
+
+    (cloth, step), (expected, _) = hung(solver), hung('symplectic')
+    model = Model(cloth.mesh, material)
+    creep = model.spring_c[2] / model.spring_k[2]
+    sag = expected.hoist_top[2] - expected.positions[:, -1, 2].min() - cloth.mesh.length
+    # Settled after 1.5 s to 1e-7 m; implicit leaves up to a thousandth of the weight unmet.
+    left = {'xpbd': columns * 9.81 * step * (step + creep), 'implicit': 1e-3 * sag}
+    assert np.abs(cloth.positions - expected.positions).max() < left.get(solver, 1e-7)
 
 
 def test_a_falling_flat_sheet_reaches_its_terminal_speed(solver):
@@ -152,7 +183,7 @@ def test_energy_is_bounded_without_damping(solver):
 @pytest.mark.parametrize('damped', [{'damping': 0.2}, {'node_damping': 2.0}], ids=str)
 def test_damping_lowers_the_energy(solver, damped):
     """In every frame, while the sheet swings; to a small part in the end."""
-    claims(solver, 'friction', 'undamped')
+    claims(solver, 'friction', *(['undamped'] if 'node_damping' in damped else []))
     cloth = Cloth(6, 8, air=VACUUM, gravity=0.0, pinned=False,
                   material=Material(**{'damping': 0.0, **damped}),
                   stepping=Stepping(substeps=200), solver=solver)

@@ -12,7 +12,12 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What no node may do, whatever the forces: leave its place on the pole, or enter the pole."""
+"""
+What no node may do, whatever the forces: leave its place on the pole, or enter the pole.
+
+At the end of a frame hold_reach comes first, then hold_outside, then hold_around, which brings
+back within reach what was put on the pole's surface, and leaves it there.
+"""
 import math
 
 from flag_sim.kernels import kernel
@@ -73,3 +78,43 @@ def hold_outside(position, velocity, free, center_x, center_y, radius, span):
             inwards = min(vx[i] * dx + vy[i] * dy, number(0.0))
             vx[i] -= inwards * dx
             vy[i] -= inwards * dy
+
+
+@kernel
+def hold_around(position, velocity, hoist, reach, free, columns, center_x, center_y, radius, span):
+    """
+    Bring back what is outside a cylinder and beyond its reach, around the cylinder.
+
+    In cylindrical coordinates a straight path leads from a node to its hoist: it never enters a
+    cylinder that both are outside of. No chord is longer than the path that it cuts short, so a
+    node that is put where a path of length L has reach left is within it.
+    """
+    x, y, z = position
+    vx, vy, vz = velocity
+    hx, hy, hz = hoist
+    first, last, stride = span
+    number = type(reach)
+    for row in range(hx.size):
+        ox, oy = hx[row] - center_x, hy[row] - center_y
+        begin = math.sqrt(ox * ox + oy * oy)
+        for column in range(1, columns):
+            i = first + np.uint64(row) * stride + np.uint64(column)
+            dx, dy, dz = x[i] - hx[row], y[i] - hy[row], z[i] - hz[row]
+            distance = math.sqrt(dx * dx + dy * dy + dz * dz)
+            longest = reach * number(column)
+            if distance > longest and free[i] > 0.0:
+                nx, ny = x[i] - center_x, y[i] - center_y
+                end = math.sqrt(nx * nx + ny * ny)
+                turn = math.atan2(ox * ny - oy * nx, ox * nx + oy * ny)
+                around = max(begin, end, radius) * turn
+                part = longest / math.sqrt((end - begin)**2 + around * around + dz * dz)
+                out = begin + part * (end - begin)
+                angle = math.atan2(oy, ox) + part * turn
+                x[i] = center_x + out * math.cos(angle)
+                y[i] = center_y + out * math.sin(angle)
+                z[i] = hz[row] + part * dz
+                dx, dy, dz = dx / distance, dy / distance, dz / distance
+                outwards = max(vx[i] * dx + vy[i] * dy + vz[i] * dz, number(0.0))
+                vx[i] -= outwards * dx
+                vy[i] -= outwards * dy
+                vz[i] -= outwards * dz

@@ -17,7 +17,7 @@ import functools
 
 from flag_sim.cloth import checks
 from flag_sim.cloth.forces import Forcing
-from flag_sim.cloth.holds import hold_outside, hold_reach
+from flag_sim.cloth.holds import hold_around, hold_outside, hold_reach
 from flag_sim.cloth.material import Air, Material
 from flag_sim.cloth.mesh import Mesh, resample
 from flag_sim.cloth.model import Model
@@ -202,20 +202,17 @@ class Cloth:
         """
         dt = checks.finite('dt', dt, high=MAX_FRAME, above=0.0)
         forcing = Forcing(checks.vector('wind', wind, MAX_WIND), self._gravity, self.air)
-        steps = self._planned(dt, forcing)
+        steps = self._planned(dt)
         self._last_good[...] = self._state.data
         step = dt / steps.granted
         if self._pole is None:
             self._take(forcing, step, steps.granted)
         else:
             # Held out of the pole after each step, lest a frame carries the cloth through.
-            x, y, radius = self._pole
-            pole = self._mesh.number((x - self._hoist_top[0], y - self._hoist_top[1], radius))
             for _ in range(steps.granted):
                 self._take(forcing, step, 1)
-                hold_outside(self._state.position, self._state.velocity, self._mesh.free,
-                             *pole, self._mesh.span)
-        self._hold_if_broken(steps, dt)
+                self._hold_outside()
+        self._hold_if_broken(steps, step)
         self._hold_reach()
         return steps
 
@@ -225,26 +222,38 @@ class Cloth:
         if state is not self._state:
             self._state, self._spare = self._spare, self._state
 
+    def _hold_outside(self):
+        """Keep the cloth out of the pole."""
+        hold_outside(self._state.position, self._state.velocity, self._mesh.free,
+                     *self._cylinder(), self._mesh.span)
+
+    def _cylinder(self):
+        """Return the pole as the kernels take it, measured from where positions are."""
+        x, y, radius = self._pole
+        return self._mesh.number((x - self._hoist_top[0], y - self._hoist_top[1], radius))
+
     def _hold_reach(self):
         """Bring back what is farther from the hoist than stretch_limit allows."""
-        mesh = self._mesh
+        mesh, position, velocity = self._mesh, self._state.position, self._state.velocity
         if mesh.pinned:
-            hoist = tuple(mesh.grid(axis)[:, 0].copy() for axis in self._state.position)
+            hoist = tuple(mesh.grid(axis)[:, 0].copy() for axis in position)
             reach = mesh.number((1.0 + self._stretch_limit) * mesh.dx)
-            self.held = hold_reach(self._state.position, self._state.velocity, hoist, reach,
-                                   mesh.free, mesh.columns, mesh.span)
+            limits = hoist, reach, mesh.free, mesh.columns
+            self.held = hold_reach(position, velocity, *limits, mesh.span)
+            if self._pole is not None:
+                self._hold_outside()
+                hold_around(position, velocity, *limits, *self._cylinder(), mesh.span)
 
-    def _planned(self, dt, forcing):
+    def _planned(self, dt):
         """Return the Plan for a frame, and make the solver ready to carry it out."""
-        drag = forcing.air.density * forcing.air.drag_coefficient > 0.0
-        largest_step = functools.partial(self._solver.largest_step, drag=drag)
+        largest_step = functools.partial(self._solver.largest_step, drag=self._has_drag())
         steps = plan(dt, *self._bounds, largest_step, self.stepping, self._solver.useful_step)
         factors = (steps.stiffness_factor, steps.damping_factor)
         if factors != self._solver.model.factors:
             self._solver = type(self._solver)(Model(self._mesh, self._material, *factors))
         return steps
 
-    def _hold_if_broken(self, steps, dt):
+    def _hold_if_broken(self, steps, step):
         """Go back to the frame's start and raise if the state is out of bounds."""
         for values, limit, what in ((self._state.data[:3], MAX_DISTANCE, 'position'),
                                     (self._state.data[3:], MAX_SPEED, 'velocity')):
@@ -252,13 +261,25 @@ class Cloth:
                 self._state.data[...] = self._last_good
                 raise Diverged(
                     f'a {what} is not finite or beyond {limit:g} with solver {self.solver} in '
-                    f'{steps.granted} steps of {dt / steps.granted:.3g} s; the cloth is held '
-                    'where the frame began; symplectic is stable in steps of '
-                    f'{self._stable_step():.3g} s')
+                    f'{steps.granted} steps of {step:.3g} s; the cloth is held where the frame '
+                    f'began; {self._advice(step)}')
 
-    def _stable_step(self):
-        """Return the step [s] in which the default method is stable for the present dials."""
-        return SOLVERS['symplectic'].largest_step(*self._bounds) * self.stepping.step_safety
+    def _advice(self, step):
+        """Say which step [s] would have been stable for the present dials."""
+        def stable(solver):
+            return self.stepping.step_safety * solver.stable_step(*self._bounds, self._has_drag())
+
+        own = stable(self._solver)
+        if own == 0.0:
+            return (f'no step is stable for {self.solver}; symplectic is stable in steps of '
+                    f'{stable(SOLVERS["symplectic"]):.3g} s')
+        if step > own * (1.0 + 1e-9):
+            return f'{self.solver} is stable in steps of {own:.3g} s'
+        return f'steps up to {own:.3g} s are stable: it is the state or a force that is too large'
+
+    def _has_drag(self):
+        """Tell whether the wind acts on the cloth."""
+        return self.air.density * self.air.drag_coefficient > 0.0
 
     def _put_on(self, mesh):
         """Take a mesh, with room for its state, the next one, and one to fall back on."""

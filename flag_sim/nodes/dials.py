@@ -71,7 +71,7 @@ PHYSICS = (
     Dial('air.law', 'quadratic', 'how the force on a face grows with the wind across it',
          choices=('quadratic', 'linear', 'seed')),
     Dial('solver', 'symplectic', 'method of the steps',
-         choices=('symplectic', 'verlet', 'rk4', 'xpbd', 'euler', 'seed')),
+         choices=('symplectic', 'verlet', 'rk4', 'xpbd', 'implicit', 'euler', 'seed')),
     Dial('substeps', 0, 'steps per frame at least; 0: as many as stability asks', '', 0, 100000),
     Dial('step_safety', 0.9, 'step as a share of the largest stable one', '', 0.01, 1.0),
     Dial('substeps_limit', 1000, 'steps per frame at most; beyond, the cloth is made softer',

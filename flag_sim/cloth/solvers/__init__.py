@@ -19,17 +19,19 @@ A solver is made for a model, and has
 
     order                                   of its error in the step
     largest_step(omega, gamma, drag) -> s   that is stable for these bounds
+    stable_step(omega, gamma, drag) -> s    in which nothing grows by itself; 0 if there is none
     useful_step                             the longest worth taking where all are stable
     step(state_in, state_out, forcing, dt)  one step; only the caller advances time
     advance(state, spare, forcing, dt, count) -> state   many steps in one compiled call
 """
 from flag_sim.cloth.solvers.euler import Euler
+from flag_sim.cloth.solvers.implicit import Implicit
 from flag_sim.cloth.solvers.rk4 import RK4
 from flag_sim.cloth.solvers.seed import Seed
 from flag_sim.cloth.solvers.symplectic import Symplectic
 from flag_sim.cloth.solvers.verlet import Verlet
 from flag_sim.cloth.solvers.xpbd import XPBD
 
-SOLVERS = {'symplectic': Symplectic, 'verlet': Verlet, 'rk4': RK4, 'xpbd': XPBD, 'euler': Euler,
-           'seed': Seed}
+SOLVERS = {'symplectic': Symplectic, 'verlet': Verlet, 'rk4': RK4, 'xpbd': XPBD,
+           'implicit': Implicit, 'euler': Euler, 'seed': Seed}
 """Every method by the name that users choose it by."""

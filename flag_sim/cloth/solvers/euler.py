@@ -78,3 +78,9 @@ class Euler(Solver):
         if gamma == 0.0:
             return 1.0 / omega if omega > 0.0 else math.inf
         return min(gamma / omega**2, 1.0 / gamma) if omega > 0.0 else 1.0 / gamma
+
+    @classmethod
+    def stable_step(cls, omega, gamma, drag=True):
+        """Return 0: no step is stable for waves across a taut sheet, which dashpots do not damp."""
+        del omega, gamma, drag
+        return 0.0

@@ -37,6 +37,11 @@ class Solver:
         self._work = Work.of(model.mesh)
         self._scratch = (tuple(model.mesh.fields(self.scratch)),) if self.scratch else ()
 
+    @classmethod
+    def stable_step(cls, omega, gamma, drag=True):
+        """Return the largest step [s] in which no motion can grow by itself; 0 if none is."""
+        return cls.largest_step(omega, gamma, drag)
+
     def step(self, state_in, state_out, forcing, dt):
         """Read one state and write the state dt [s] later into another."""
         self.advance(state_in, state_out, forcing, dt, 1)

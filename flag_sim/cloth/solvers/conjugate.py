@@ -1,0 +1,98 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Conjugate gradients for A y = b with the masses as preconditioner (Hestenes and Stiefel, 1952).
+
+M is the preconditioner because the cloth is a uniform grid: the blocks on A's diagonal hardly
+differ from node to node, and Jacobi's preconditioners, of numbers or of blocks, save no
+iterations. With M each iterate keeps the momentum of a free cloth, as internal forces have no sum.
+"""
+from flag_sim.cloth.solvers.matrix import multiply
+from flag_sim.kernels import kernel
+import numpy as np
+
+# In vectors, and so in another order than written; the order is the same in every run.
+SUMS = {'contract', 'reassoc'}
+
+
+@kernel(fastmath=SUMS)
+def dot(a, b, span):
+    """Return the sum of a . b over all nodes, in float64 whatever the fields are."""
+    ax, ay, az = a
+    bx, by, bz = b
+    first, last, _ = span
+    total = 0.0
+    for i in range(first, last):
+        total += (np.float64(ax[i]) * bx[i] + np.float64(ay[i]) * by[i]
+                  + np.float64(az[i]) * bz[i])
+    return total
+
+
+@kernel(fastmath=SUMS)
+def norm2(a, weight, span):
+    """Return the sum of weight a . a over all nodes, in float64 whatever the fields are."""
+    x, y, z = a
+    first, last, _ = span
+    total = 0.0
+    for i in range(first, last):
+        ax, ay, az = np.float64(x[i]), np.float64(y[i]), np.float64(z[i])
+        total += weight[i] * (ax * ax + ay * ay + az * az)
+    return total
+
+
+@kernel
+def _add(field, factor, other, span):
+    """Add a factor times another field to a field."""
+    first, last, _ = span
+    for axis in range(3):
+        f, o = field[axis], other[axis]
+        for i in range(first, last):
+            f[i] += factor * o[i]
+
+
+@kernel
+def _turn(direction, kept, residual, inverse_mass, span):
+    """Set the next direction: M^-1 residual and a part of the last direction that is kept."""
+    first, last, _ = span
+    for axis in range(3):
+        d, r = direction[axis], residual[axis]
+        for i in range(first, last):
+            d[i] = inverse_mass[i] * r[i] + kept * d[i]
+
+
+@kernel
+def solve(matrix, mass, inverse_mass, weights, coefficients, work, residual, direction, product,
+          solution, tolerance, limit, dt, span):
+    """
+    Improve the solution [m/s] until its residual is small, at most `limit` times.
+
+    residual: b - A solution [N s], kept up to date. direction, product: overwritten. tolerance:
+    of the residual, sqrt(r^T M^-1 r), as a part of that at the beginning.
+
+    Nodes without inverse mass, pins and ghosts, have no direction and so keep their solution.
+    """
+    left = norm2(residual, inverse_mass, span)
+    enough = tolerance * tolerance * left
+    number = type(dt)
+    _turn(direction, number(0.0), residual, inverse_mass, span)
+    for _ in range(limit):
+        if not left > enough:
+            break
+        multiply(matrix, mass, weights, coefficients, work, direction, product, dt, span)
+        length = number(left / dot(direction, product, span))
+        _add(solution, length, direction, span)
+        _add(residual, -length, product, span)
+        before, left = left, norm2(residual, inverse_mass, span)
+        _turn(direction, number(left / before), residual, inverse_mass, span)
