@@ -186,7 +186,7 @@ def _push_faces(matrix, field, faces, span):
     first, last, stride = span
     for i in range(first, last):
         e, s, d = i + ONE, i + stride, i + stride + ONE
-        # The node in the right angle has half a share in the face's velocity, the others a quarter.
+        # The node in the right angle has half a share in its face's velocity, others a quarter.
         sx, sy, sz = quarter * (x[e] + x[s]), quarter * (y[e] + y[s]), quarter * (z[e] + z[s])
         g = half * ((sx + half * x[i]) * ux[i] + (sy + half * y[i]) * uy[i]
                     + (sz + half * z[i]) * uz[i])
