@@ -71,6 +71,7 @@ class Physics(FrameServer):
         super().__init__('physics', SCENE + PHYSICS)
         self._time = None  # stamp that the cloth stands at [ns]; None: at rest, before any frame
         self._plan = None  # how the last frame was divided into steps
+        self._refined = False
         self._softened = False
         self._held = 0  # nodes that stretch_limit held back in the last frame
         self._diverged = ''  # why the last frame could not be simulated
@@ -167,7 +168,16 @@ class Physics(FrameServer):
                 self.get_logger().error(self._diverged, throttle_duration_sec=WARN_EVERY)
 
     def _report(self, plan):
-        """Say when the cloth begins to be softer than it should be, and when that ends."""
+        """Say when steps or cloth begin to be other than they are set to be, and when that ends."""
+        asked = self._applied['substeps']
+        refined = 0 < asked < plan.granted
+        if refined and not self._refined:
+            self.get_logger().warning(
+                f'substeps = {asked} is not stable: the frame needs {plan.demanded} steps and gets '
+                f'{plan.granted}')
+        elif self._refined and not refined:
+            self.get_logger().info('frames get the steps that they are set to get again')
+        self._refined = refined
         softened = min(plan.stiffness_factor, plan.damping_factor) < 1.0
         if softened and not self._softened:
             self.get_logger().warning(

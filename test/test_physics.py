@@ -1,0 +1,110 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The physics node, in this process: what it says of its steps, and how it goes on."""
+from flag_sim.nodes.frames import Tag
+from flag_sim.nodes.physics import Physics
+import numpy as np
+import pytest
+import rclpy
+
+SMALL = {'grid.columns': 7, 'grid.rows': 5}
+
+
+class Run:
+    """A node that is given frames by hand."""
+
+    def __init__(self, node, capfd):
+        self._node = node
+        self._capfd = capfd
+        self._index = 0
+
+    def frame(self, wind=(0.0, 3.0, 0.0), rate=30.0, **dials):
+        """Return the positions (rows, columns, 3) [m] of the next frame and what was logged."""
+        stamp = round(self._index * 1e9 / rate)
+        values = {**self._node.values, **SMALL,
+                  **{name.replace('__', '.'): value for name, value in dials.items()}}
+        cloud = self._node.work(Tag(stamp, 1, self._index, 0), wind, values)
+        self._index += 1
+        points = np.frombuffer(cloud.data, np.float32).reshape(cloud.height, cloud.width, -1)
+        return points[..., :3].copy(), self._capfd.readouterr().err
+
+    def restart(self):
+        """Begin with the first frame again, as after `reset`."""
+        self._index = 0
+        self._node.restart(Tag(0, 2, 0, 0))
+
+
+@pytest.fixture
+def run(domain, capfd):
+    """Return a physics node that waits for frames."""
+    rclpy.init(domain_id=domain)
+    node = Physics()
+    capfd.readouterr()
+    yield Run(node, capfd)
+    node.destroy_node()
+    rclpy.shutdown()
+
+
+def test_too_few_substeps_are_refined_and_told_once(run):
+    """Asked, needed and granted; the frame is the one that stability asks for."""
+    run.frame(substeps=2)
+    refined, said = run.frame(substeps=2)
+    assert 'substeps = 2 is not stable: the frame needs ' in said
+    again, said = run.frame(substeps=2)
+    assert 'substeps' not in said
+    _, said = run.frame(substeps=900)
+    assert 'frames get the steps that they are set to get again' in said
+    run.restart()
+    run.frame()
+    assert np.array_equal(run.frame()[0], refined)
+    assert np.array_equal(run.frame()[0], again)
+
+
+def test_steps_over_budget_are_told_once(run):
+    """Needed, granted and what is left of the stiffness; and when that ends."""
+    stiff = {'stiffness': 1e7, 'substeps_limit': 20, 'substeps': 10}
+    run.frame(**stiff)
+    _, said = run.frame(**stiff)
+    assert 'substeps = 10 is not stable' in said
+    assert 'substeps_limit allows 20: stiffness is lowered to' in said
+    assert run.frame(**stiff)[1] == ''
+    _, said = run.frame()
+    assert 'stiffness and damping are as they are set again' in said
+
+
+STORM = {'solver': 'seed', 'air__law': 'seed', 'area_density': 1e-6, 'damping': 0.0,
+         'substeps_limit': 5, 'stretch_limit': 1e6}
+"""A sheet of a milligram a square metre in a storm; by 1.3 to the letter nothing slows it down."""
+
+
+@pytest.mark.parametrize('way_out', ['reset', 'parameter'])
+def test_a_frame_that_diverges_is_held_and_the_node_goes_on(run, way_out):
+    """It repeats the last good frame, says why, and moves on after a reset or another value."""
+    run.frame(**STORM)
+    for _ in range(200):
+        held, said = run.frame((0.0, 190.0, 0.0), **STORM)
+        if 'is held where the frame began' in said:
+            break
+    else:
+        pytest.fail('it did not diverge')
+    assert 'no step is stable for seed; symplectic is stable in steps of' in said
+    assert np.array_equal(run.frame((0.0, 190.0, 0.0), **STORM)[0], held)
+    if way_out == 'reset':
+        run.restart()
+        run.frame()
+    for _ in range(3):
+        moved, _ = run.frame()
+        assert np.isfinite(moved).all() and not np.array_equal(moved, held)
+        held = moved
