@@ -78,6 +78,13 @@ def test_an_animation_that_cannot_play_is_refused(track, parts, rule):
         keys.read_timeline(wind_values(**{track: parts}))
 
 
+def test_keys_that_are_equal_but_of_another_type_are_looked_at():
+    """True is no number, though it is equal to one that was read before."""
+    assert keys.read_timeline(wind_values(wind__speed=([0.0], [1.0], None))).tracks
+    with pytest.raises(ValueError, match='not True'):
+        keys.read_timeline(wind_values(wind__speed=([0.0], [True], None)))
+
+
 def test_events_and_tracks_must_be_consistent():
     """Two arrays that belong together have one length; a track is named once."""
     with pytest.raises(ValueError, match='not 1 and 0'):
