@@ -41,3 +41,14 @@ def figure(path, columns=1, rows=1, size=(7.0, 4.5), **options):
     axes = drawn.subplots(rows, columns, **options)
     yield drawn, axes
     drawn.savefig(path, dpi=110)
+
+
+METHODS = ('symplectic', 'verlet', 'rk4', 'xpbd', 'euler', 'implicit', 'seed')
+
+
+def style(method):
+    """Return the colour and marks by which a method is known in every plot."""
+    if method == 'seed':
+        return {'color': 'black', 'marker': 'X', 'ls': '--'}
+    index = METHODS.index(method) if method in METHODS else len(METHODS)
+    return {'color': f'C{index}', 'marker': 'osD^vP*p'[index], 'ls': '-', 'ms': 4}
