@@ -76,6 +76,15 @@ def _add(store, number, grid, step):
         'moved_mm': 1e3 * error.rms(error.distances(window.ends[0], window.positions))})
 
 
+def _order(rows):
+    """Say how fast the error falls with the spacing."""
+    coarse, fine = (error.rms([row['rms_mm'] for row in _of(rows, columns)])
+                    for columns in COLUMNS[-2:])
+    return (f'Half the spacing, from {COLUMNS[-2]} to {COLUMNS[-1]} columns, divides the error by '
+            f'{coarse / fine:.2g}: the folds in the free end are sharp, and a coarse sheet cannot '
+            'be the shape of a folded one.\n')
+
+
 def _of(rows, columns, step=1.0):
     return [row for row in rows if row['columns'] == columns and row['step'] == step]
 
@@ -126,10 +135,7 @@ The reference's own error is {own_mm:.2g} mm or **{own_px:.2g} px** (step and gr
 part is {how}). It ranks errors that are ten times as large: from **{TENTH * own_px:.2g} px**
 up. Smaller errors in this report are true to about {own_px:.2g} px and stand there without
 a rank: two of them that differ by less than twice that may be in either order.
-Folds in the free end of the flag are sharper than any grid that can be afforded: half the
-spacing lowers the error by no more than a half or so, while an error of the steps, with the grid
-the same, vanishes as the method's order says (next part).
-"""
+{_order(rows)}"""
 
 
 def plots(rows, folder):

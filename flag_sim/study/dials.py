@@ -16,7 +16,7 @@
 from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.study import plots as drawing, report, sweep
 from flag_sim.study.reference import WINDOW
-from flag_sim.study.scene import BASE, with_grid
+from flag_sim.study.scene import BASE, windows, with_grid
 from flag_sim.study.settings import changed, cloth_of
 from flag_sim.study.trial import BEST
 
@@ -58,7 +58,12 @@ def settings():
 
 def run(store, budget):
     """Run every setting through window after window."""
-    sweep.run(store, budget, NAME, settings())
+    sweep.run(store, budget, NAME, settings(), _row, windows(store))
+
+
+def _row(own, settings, window):
+    row, positions = own.motion(settings, window)
+    return {**row, **own.picture(settings, positions, window), **own.still(settings, window)}
 
 
 def section(rows):
@@ -103,32 +108,39 @@ def _best():
 
 def _times(one, column):
     """Return the median and the quartiles in words."""
-    found = one[f'{column}_q']
+    found = one[column]
     return [None, None] if found is None else [found[1], f'{found[0]:.3g} to {found[2]:.3g}']
 
 
 def plots(rows, folder):
-    """Draw every dial as an arrow from the default."""
+    """Draw what each dial does to error and cost."""
     found = sweep.summarised(rows)
-    with drawing.figure(folder / 'dials.png', columns=2, size=(7.0, 5.5)) as (_, axes):
-        for axis, column, label, cost in (
-                (axes[0], 'rms_px', f'RMS error after {1e3 * WINDOW:.0f} ms [px]', 'cost_ms'),
-                (axes[1], 'drawing_psnr_db', 'PSNR of the drawing [dB]', 'drawing_ms_q')):
-            base = found[DEFAULT]
-            for name, one in found.items():
-                dial = name.partition('=')[0]
-                if one[cost] is None or (dial in DRAWING) != (axis is axes[1]) or \
-                        one[column] == float('inf'):
-                    continue
-                axis.annotate('', (one[cost][1], one[column]), (base[cost][1], base[column]),
-                              arrowprops={'arrowstyle': '->', 'color': '0.75'})
-                axis.plot(one[cost][1], one[column], 'X' if name == 'solver=seed' else 'o',
-                          color='black' if name == 'solver=seed' else 'C0', ms=4)
-                axis.annotate(name, (one[cost][1], one[column]), fontsize=7,
-                              xytext=(3, 3), textcoords='offset points')
-            axis.plot(base[cost][1], base[column], 's', color='C3', label='default')
-            axis.set(xscale='log', xlabel='time of a frame [ms]', ylabel=label)
-            axis.legend()
-        axes[0].set_yscale('log')
-    return [('dials.png', 'Each dial alone, as an arrow from the default: what it does to cost '
-                          'and error of the motion (left) and of the drawing (right).')]
+    groups = [[name for name in found if name.partition('=')[0] not in DRAWING],
+              [name for name in found
+               if name == DEFAULT or name.partition('=')[0] in DRAWING]]
+    with drawing.figure(folder / 'dials.png', columns=2, rows=2, size=(6.0, 4.2),
+                        sharey='row') as (_, axes):
+        for (left, right), names, column, label, cost in (
+                (axes[0], groups[0], 'rms_px', f'RMS error after {1e3 * WINDOW:.0f} ms [px]',
+                 'physics_ms'),
+                (axes[1], groups[1], 'drawing_psnr_db', 'PSNR of the drawing [dB]',
+                 'drawing_ms')):
+            names = [name for name in names if found[name][cost]]
+            for place, name in enumerate(names):
+                look = {'color': {DEFAULT: 'C3', 'solver=seed': 'black'}.get(name, 'C0')}
+                low, middle, high = found[name][cost]
+                left.plot(found[name][column], place, 'o', **look)
+                right.errorbar(middle, place, xerr=[[middle - low], [high - middle]], fmt='o',
+                               capsize=3, **look)
+            left.axvline(found[DEFAULT][column], color='C3', alpha=0.3)
+            right.axvline(found[DEFAULT][cost][1], color='C3', alpha=0.3)
+            left.set_yticks(range(len(names)), names, fontsize='small')
+            left.invert_yaxis()
+            left.set(xlabel=label)
+            right.set(xlabel=f'{cost.partition("_")[0]} of a frame [ms], quartiles',
+                      xscale='log')
+        axes[0][0].set_xscale('log')
+        drawing.plain(*axes.flat)
+    return [('dials.png', 'Each dial alone, red: the default. Above, dials of the motion: less '
+                          'error is left, less cost is left. Below, dials of the drawing: a '
+                          'better picture is right.')]

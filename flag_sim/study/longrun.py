@@ -64,10 +64,10 @@ def _statistics(settings):
     shot, cloth = Shot(settings), cloth_of(settings)
     model = Model(cloth.mesh, cloth.material)
     first, last = round(SETTLE / shot.dt), round((SETTLE + LENGTH) / shot.dt)
-    energies, places, mean = [], [], 0.0
+    energies, sideways, mean = [], [], 0.0
     node = tuple(round(part * (count - 1)) for part, count in zip(
         CORNER, (cloth.mesh.rows, cloth.mesh.columns)))
-    empty = dict.fromkeys(('energy_j', 'energy_error_j', 'peak_hz', 'sideways_mm'))
+    empty = dict.fromkeys(('energy_j', 'energy_error_j', 'peak_hz', 'sideways_m_s'))
     for frame in range(1, last + 1):
         try:
             cloth.advance(shot.dt, shot.wind(frame))
@@ -75,10 +75,10 @@ def _statistics(settings):
             return empty, None
         if frame > first:
             energies.append(kinetic_energy(model, cloth.velocities))
-            places.append(cloth.positions[node][1])
+            sideways.append(cloth.velocities[node][1])
             mean = mean + cloth.positions / (last - first)
     return {'energy_j': float(np.mean(energies)), 'energy_error_j': _standard_error(energies),
-            'peak_hz': peak(places, shot.dt), 'sideways_mm': 1e3 * float(np.std(places))}, mean
+            'peak_hz': peak(sideways, shot.dt), 'sideways_m_s': float(np.std(sideways))}, mean
 
 
 def _standard_error(values, blocks=8):
@@ -87,11 +87,11 @@ def _standard_error(values, blocks=8):
     return float(np.std(means, ddof=1) / np.sqrt(blocks))
 
 
-def peak(places, dt):
+def peak(motion, dt):
     """Return the frequency [Hz] at which a motion, sampled every dt [s], is strongest."""
-    places = np.asarray(places) - np.mean(places)
-    power = np.abs(np.fft.rfft(places * np.hanning(len(places))))**2
-    frequencies = np.fft.rfftfreq(len(places), dt)
+    motion = np.asarray(motion) - np.mean(motion)
+    power = np.abs(np.fft.rfft(motion * np.hanning(len(motion))))**2
+    frequencies = np.fft.rfftfreq(len(motion), dt)
     power[frequencies < SLOWEST] = 0.0
     return float(frequencies[np.argmax(power)])
 
@@ -108,15 +108,18 @@ def _difference(mean, shape):
 def section(rows):
     """Return the statistics."""
     table = [[row['key'], *(row[name] for name in (
-        'energy_j', 'energy_error_j', 'peak_hz', 'sideways_mm', 'shape_mm'))] for row in rows]
+        'energy_j', 'energy_error_j', 'peak_hz', 'sideways_m_s', 'shape_mm'))] for row in rows]
+    missing = ', '.join(name for name in runs() if name not in [row['key'] for row in rows])
+    missing = missing and f' For lack of time not run: {missing}.'
     return f"""## Statistics of long runs
 
 {LENGTH:.0f} s of the gusty shot, after {SETTLE:.0f} s that are left out. The standard error says
 how far the mean of so short a run can be trusted: energies closer together than twice that are
-the same. The frequency is that of the sideways motion at two thirds of the length, to
-{1.0 / LENGTH:.2f} Hz; the mean shape is compared with rk4's. A dash: the run diverged.
+the same. The frequency is that at which the sideways velocity at two thirds of the length
+is strongest, to {1.0 / LENGTH:.2f} Hz; 'sideways' is that velocity (RMS); the
+mean shape is compared with rk4's. A dash: the run diverged.{missing}
 
-{report.table(['run', 'kinetic energy J', 'its standard error J', 'peak Hz', 'sideways mm',
+{report.table(['run', 'kinetic energy J', 'its standard error J', 'peak Hz', 'sideways m/s',
                'mean shape mm'], table)}
 """
 

@@ -43,6 +43,17 @@ def figure(path, columns=1, rows=1, size=(7.0, 4.5), **options):
     drawn.savefig(path, dpi=110)
 
 
+def plain(*axes):
+    """Write 0.5 and 20 at logarithmic axes, not powers of ten."""
+    from matplotlib.ticker import FuncFormatter, LogLocator
+    for axis in axes:
+        for one in (axis.xaxis, axis.yaxis):
+            if one.get_scale() == 'log':
+                one.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+                one.set_major_formatter(FuncFormatter(lambda value, _: f'{value:g}'))
+                one.set_minor_formatter(FuncFormatter(lambda *_: ''))
+
+
 METHODS = ('symplectic', 'verlet', 'rk4', 'xpbd', 'euler', 'implicit', 'seed')
 
 

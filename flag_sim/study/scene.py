@@ -22,7 +22,7 @@ from flag_sim.study.trial import Trials
 BASE = defaults(gust__intensity=0.3)
 """The defaults of all dials, in gusty wind: in a steady one all windows would be much alike."""
 LONG = 3
-"""Frames of a window's longer look, 0.1 s; errors are ranked after one frame."""
+"""Frames of a window, 0.1 s; errors are ranked after the first of them."""
 
 
 @functools.lru_cache(maxsize=1)

@@ -18,6 +18,8 @@ import math
 from flag_sim.study import error
 import numpy as np
 
+WORTH = 0.1
+
 
 def grouped(rows, *columns):
     """Return {value or tuple of values of some columns: rows}, in the order of the rows."""
@@ -60,23 +62,27 @@ def milliseconds(rows, *columns):
 
 def whole(rows, *columns):
     """
-    Return the rows of the windows in which every setting was run, as the table was left.
+    Return the rows of the turns in which every setting was run, as the table was left.
 
-    columns: that name a setting. An interruption or the end of the time leaves the last window
-    with some settings only, which would otherwise be judged by other windows than the rest.
+    columns: that name a setting. An interruption or the end of the time leaves the last turn
+    with some settings only, which would otherwise be judged by other turns than the rest.
     """
     settings = set(grouped(rows, *columns))
-    windows = grouped(rows, 'window')
-    full = [number for number, some in windows.items()
+    full = [turn for turn, some in grouped(rows, 'turn').items()
             if set(grouped(some, *columns)) == settings]
-    return [row for row in rows if row['window'] in full] if full else rows
+    return [row for row in rows if row['turn'] in full] if full else rows
 
 
 def frontier(points):
-    """Return the indices of points (cost, error) that no other beats in both, by their cost."""
+    """
+    Return the indices of points (cost, error) that no other beats in both, by their cost.
+
+    A dearer point must lower the error by at least the part WORTH of it: less is not worth a
+    place, and chance would decide who has it.
+    """
     best, found = math.inf, []
     for index in sorted(range(len(points)), key=lambda i: points[i]):
         if points[index][1] < best:
-            best = points[index][1]
+            best = (1.0 - WORTH) * points[index][1]
             found.append(index)
     return found

@@ -14,29 +14,33 @@
 
 """A sweep: many settings run through window after window, and the rows that come of it."""
 from flag_sim.study import convergence, summary
-from flag_sim.study.scene import trials, windows
+from flag_sim.study.scene import trials
 
 COST = ('physics_ms', 'drawing_ms')
+MEANS = ('psnr_db', 'ssim', 'drawing_psnr_db', 'drawing_ssim')
+FIRST = 2
+"""Turns that even the shortest study takes."""
 
 
-def run(store, budget, part, settings):
+def run(store, budget, part, settings, row_of, turns):
     """
-    Add a row to a part for every window and every one of settings {name: settings}.
+    Add a row to a part for every turn and every one of settings {name: settings}.
 
-    All settings take a window before any takes the next: so times are taken interleaved, and a
-    disturbance of the machine hits all alike.
+    turns: numbers of the windows. All settings take a turn before any takes the next: so times
+    are taken interleaved, and a disturbance of the machine hits all alike. The first FIRST turns
+    are taken in any case. row_of(trials, settings, window) gives a row's numbers.
     """
     own = trials(store.folder)
-    for number in windows(store):
-        if number and not budget.allows():
+    for turn, number in enumerate(turns):
+        if turn >= FIRST and not budget.allows():
             return
-        budget.say(f'{len(settings)} settings in window {number + 1}')
+        budget.say(f'{len(settings)} settings, turn {turn + 1}')
         window = own.reference.window(number)
         for name, one in settings.items():
-            key = f'{name}@{number}'
+            key = f'{name}@{turn}'
             if not store.has(part, key):
-                store.add(part, {'key': key, 'setting': name, 'window': number,
-                                 **own.whole(one, window), 'own_px': own_px(store)})
+                store.add(part, {'key': key, 'setting': name, 'turn': turn, 'window': number,
+                                 **row_of(own, one, window), 'own_px': own_px(store)})
 
 
 def own_px(store):
@@ -44,22 +48,23 @@ def own_px(store):
     return convergence.own_error(store.rows(convergence.NAME))
 
 
-def summarised(rows):
+def summarised(rows, turns=None):
     """
-    Return {setting: numbers} over the windows that all settings took.
+    Return {setting: numbers} over the turns that all settings took.
 
-    cost_ms: (lower quartile, median, upper quartile) of physics and drawing; None if it always
-    diverged. rms_px, rms_mm: over windows; worst_px: of all; psnr_db and the like: means.
+    cost_ms, physics_ms, drawing_ms: (lower quartile, median, upper quartile), the first of both
+    together; None if it always diverged. Of the first `turns`, or all: rms_px, rms_mm over them,
+    worst_px and worst_mm of all, and means of the others.
     """
     found = {}
     for name, some in summary.grouped(summary.whole(rows, 'setting'), 'setting').items():
+        first = some[:turns]
         found[name] = {
             'cost_ms': summary.quartiles(some, *COST),
-            **{f'{column}_q': summary.quartiles(some, column) for column in COST},
-            **{column: summary.total(some, column) for column in ('rms_mm', 'rms_px')},
-            **{column: summary.worst(some, column) for column in ('worst_mm', 'worst_px')},
-            **{column: summary.mean(some, column) for column in (
-                'psnr_db', 'ssim', 'drawing_psnr_db', 'drawing_ssim', 'substeps', 'stiffness')}}
+            **{column: summary.quartiles(some, column) for column in COST},
+            **{column: summary.total(first, column) for column in ('rms_mm', 'rms_px')},
+            **{column: summary.worst(first, column) for column in ('worst_mm', 'worst_px')},
+            **{column: summary.mean(first, column) for column in MEANS if column in some[0]}}
     return found
 
 

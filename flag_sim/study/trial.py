@@ -23,6 +23,10 @@ BEST = {'samples': 16, 'interpolation': 'perspective', 'hidden_surface': 'zbuffe
         'shading': 'gouraud', 'outline': False, 'drawing.threads': 1}
 """How the reference picture is drawn."""
 MILLI = 1e3
+TIMED = 3
+"""Frames whose median time counts."""
+MOST_DB = 99.0
+"""Given for pictures that are equal, whose PSNR is infinite."""
 
 
 class Trials:
@@ -39,85 +43,80 @@ class Trials:
         self._warm = set()
         self._drawn = {}
 
-    def motion(self, settings, window, frames=1):
+    def motion(self, settings, window):
         """
-        Run settings through the first frames of a window; return a row of numbers.
+        Run settings through a window's first frame; return a row of numbers and the positions.
 
-        rms_mm, worst_mm, rms_px, worst_px: at all nodes of the finest grid; None if it diverged.
-        physics_ms: the median frame. stiffness: what the steps left of it.
+        rms_mm, worst_mm, rms_px, worst_px: at all nodes of the finest grid. physics_ms: the
+        median of TIMED frames. stiffness: what the steps left of it. If the run diverged all
+        are None, and so are the positions.
         """
-        row, _ = self._run(settings, window, frames)
-        return row
-
-    def whole(self, settings, window, frames=1):
-        """
-        Return the row of motion, and what the picture at the window's end is like.
-
-        drawing_ms: the median of three; psnr_db, ssim: against the reference's picture;
-        drawing_psnr_db, drawing_ssim: of the reference's own vertices, so of the drawing alone.
-        """
-        row, positions = self._run(settings, window, frames)
-        row |= dict.fromkeys(('drawing_ms', 'psnr_db', 'ssim', 'drawing_psnr_db',
-                              'drawing_ssim'))
-        if positions is None:
-            return row
-        picture, look = picture_of(settings), look_of(settings)
-        self._warm_up(settings, lambda: picture.draw(positions, None, *look))
-        times = []
-        for _ in range(3):
-            begin = time.perf_counter()
-            image = picture.draw(positions, None, *look)
-            times.append(MILLI * (time.perf_counter() - begin))
-        row['drawing_ms'] = sorted(times)[1]
-        right = self._right(window, frames)
-        row['psnr_db'], row['ssim'] = _likeness(image, right)
-        still = picture.draw(window.ends[frames - 1], None, *look)
-        row['drawing_psnr_db'], row['drawing_ssim'] = _likeness(still, right)
-        return row
-
-    def _run(self, settings, window, frames):
-        shot = self.reference.shot
-        cloth = self.reference.start(window, settings)
+        shot, frame = self.reference.shot, window.frame + 1
         self._warm_up((settings['solver'], settings.get('precision')),
-                      lambda: cloth.advance(1e-6))
+                      lambda: self.reference.start(window, settings).advance(1e-6))
         cloth = self.reference.start(window, settings)
-        times = []
+        times, positions = [], None
         try:
-            for frame in range(window.frame + 1, window.frame + frames + 1):
+            while len(times) < TIMED:
                 begin = time.perf_counter()
                 plan = cloth.advance(shot.dt, shot.wind(frame))
-                normals = cloth.normals()
+                cloth.normals()
                 times.append(MILLI * (time.perf_counter() - begin))
+                if positions is None:
+                    positions = cloth.positions
         except Diverged:
             return dict.fromkeys(('rms_mm', 'worst_mm', 'rms_px', 'worst_px', 'physics_ms',
                                   'substeps', 'stiffness')), None
-        del normals
-        positions, right = self.reference.filled(cloth.positions), window.ends[frames - 1]
-        metres = error.distances(positions, right)
-        pixels = error.pixel_distances(positions, right, self.camera)
+        filled = self.reference.filled(positions)
+        metres = error.distances(filled, window.ends[0])
+        pixels = error.pixel_distances(filled, window.ends[0], self.camera)
         return {'rms_mm': MILLI * error.rms(metres), 'worst_mm': MILLI * float(metres.max()),
                 'rms_px': error.rms(pixels), 'worst_px': float(pixels.max()),
-                'physics_ms': sorted(times)[len(times) // 2], 'substeps': plan.granted,
-                'stiffness': plan.stiffness_factor}, cloth.positions
+                'physics_ms': sorted(times)[TIMED // 2], 'substeps': plan.granted,
+                'stiffness': plan.stiffness_factor}, positions
 
-    def _right(self, window, frames):
+    def picture(self, settings, positions, window, with_ssim=True):
+        """
+        Draw the positions that settings came to; return a row of numbers, None where none.
+
+        drawing_ms: the median of TIMED; psnr_db, ssim: against the reference's picture.
+        """
+        row = dict.fromkeys(('drawing_ms', 'psnr_db', 'ssim')[:3 if with_ssim else 2])
+        if positions is None:
+            return row
+        picture, look = picture_of(settings), look_of(settings)
+        picture.draw(positions, None, *look)
+        times = []
+        for _ in range(TIMED):
+            begin = time.perf_counter()
+            image = picture.draw(positions, None, *look)
+            times.append(MILLI * (time.perf_counter() - begin))
+        right = self._right(window)
+        image = error.resized(image, *right.shape[:2])
+        row['drawing_ms'] = sorted(times)[TIMED // 2]
+        row['psnr_db'] = min(error.psnr(image, right), MOST_DB)
+        if with_ssim:
+            row['ssim'] = error.ssim(image, right)
+        return row
+
+    def still(self, settings, window):
+        """Return what drawing the reference's own vertices by settings does to the picture."""
+        right = self._right(window)
+        image = picture_of(settings).draw(window.ends[0], None, *look_of(settings))
+        image = error.resized(image, *right.shape[:2])
+        return {'drawing_psnr_db': min(error.psnr(image, right), MOST_DB),
+                'drawing_ssim': error.ssim(image, right)}
+
+    def _right(self, window):
         """Return the reference's picture."""
-        key = window.frame, frames
-        if key not in self._drawn:
+        if window.frame not in self._drawn:
             best = changed(self.base, BEST)
-            self._drawn[key] = picture_of(best).draw(
-                window.ends[frames - 1], None, *look_of(best)).copy()
-        return self._drawn[key]
+            self._drawn[window.frame] = picture_of(best).draw(
+                window.ends[0], None, *look_of(best)).copy()
+        return self._drawn[window.frame]
 
     def _warm_up(self, kind, run):
         """Run once before anything of this kind is measured."""
-        kind = str(kind)
         if kind not in self._warm:
             self._warm.add(kind)
             run()
-
-
-def _likeness(image, right):
-    """Return PSNR [dB], at most 99, and SSIM of a picture shown in the size of the right one."""
-    shown = error.resized(image, *right.shape[:2])
-    return min(error.psnr(shown, right), 99.0), error.ssim(shown, right)
