@@ -26,4 +26,6 @@ A part is a module with
 run goes on where it was interrupted (Store.has), and every number that it adds but times is the
 same in every run. plots is only called where matplotlib is installed.
 """
-PARTS = []
+from flag_sim.study import limits, stability
+
+PARTS = [stability, limits]
