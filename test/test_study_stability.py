@@ -19,7 +19,7 @@ from flag_sim.cloth import Material
 from flag_sim.cloth.forces import Forcing
 from flag_sim.cloth.model import Model
 from flag_sim.nodes.dials import NODES
-from flag_sim.study import limits, maps, plots, stability, trial
+from flag_sim.study import breaking, limits, maps, plots, stability
 from flag_sim.study.budget import Budget
 from flag_sim.study.store import Store
 import numpy as np
@@ -33,7 +33,7 @@ PROMISING = ('symplectic', 'verlet', 'rk4')
 @pytest.fixture(scope='module')
 def mesh():
     """Return the mesh of all trials."""
-    return trial.small_mesh()
+    return breaking.small_mesh()
 
 
 @pytest.fixture(scope='module')
@@ -81,30 +81,30 @@ def test_a_method_without_a_limit_has_none_and_one_without_a_promise_breaks_it(m
 @pytest.mark.parametrize('solver', PROMISING)
 def test_a_raw_method_is_stable_below_its_bound_and_diverges_far_above(solver, mesh):
     """The factor 2.4 is the one of the test above."""
-    wind = Forcing(trial.blowing(6.0))
-    bound = trial.largest_step(solver, Material(), mesh)
-    assert trial.raw(solver, Material(), wind, bound, mesh) == trial.STABLE
-    assert trial.raw(solver, Material(), wind, 2.4 * bound, mesh) == trial.DIVERGING
+    wind = Forcing(breaking.blowing(6.0))
+    bound = breaking.largest_step(solver, Material(), mesh)
+    assert breaking.raw(solver, Material(), wind, bound, mesh) == breaking.STABLE
+    assert breaking.raw(solver, Material(), wind, 2.4 * bound, mesh) == breaking.DIVERGING
 
 
 def test_a_raw_fall_is_no_divergence(mesh):
     """Kilometres in free fall are honest: nothing but gravity acts on cloth without springs."""
     fall = Forcing((0.0, 0.0, 0.0))
-    limp = trial.sheet(0.0)
-    assert trial.raw('symplectic', limp, fall, 10.0, mesh) == trial.STABLE
-    assert trial.raw('symplectic', limp, fall, 10.0, mesh, far=1e5) == trial.DIVERGING
+    limp = breaking.sheet(0.0)
+    assert breaking.raw('symplectic', limp, fall, 10.0, mesh) == breaking.STABLE
+    assert breaking.raw('symplectic', limp, fall, 10.0, mesh, far=1e5) == breaking.DIVERGING
 
 
 @pytest.mark.parametrize('solver, material, speed, dt, outcome', [
-    ('symplectic', Material(), 6.0, 1.0 / 30.0, trial.STABLE),
-    ('symplectic', trial.sheet(1e9), 6.0, 1.0, trial.SOFTENED),
-    ('symplectic', trial.sheet(1e3, damping=1e6), 6.0, 0.1, trial.SOFTENED),
-    ('symplectic', trial.sheet(0.0), 50.0, 0.1, trial.REACH),
-    ('xpbd', trial.sheet(1e9), 6.0, 1.0, trial.STABLE),
-    ('seed', trial.sheet(1e9, 1e-6), 200.0, 1.0, trial.HELD)])
+    ('symplectic', Material(), 6.0, 1.0 / 30.0, breaking.STABLE),
+    ('symplectic', breaking.sheet(1e9), 6.0, 1.0, breaking.SOFTENED),
+    ('symplectic', breaking.sheet(1e3, damping=1e6), 6.0, 0.1, breaking.SOFTENED),
+    ('symplectic', breaking.sheet(0.0), 50.0, 0.1, breaking.REACH),
+    ('xpbd', breaking.sheet(1e9), 6.0, 1.0, breaking.STABLE),
+    ('seed', breaking.sheet(1e9, 1e-6), 200.0, 1.0, breaking.HELD)])
 def test_outcomes_of_known_cases(solver, material, speed, dt, outcome):
     """Cases whose end is known without a map."""
-    assert trial.through_cloth(solver, material, trial.blowing(speed), dt) == outcome
+    assert breaking.through_cloth(solver, material, breaking.blowing(speed), dt) == outcome
 
 
 def test_the_maps_go_to_the_ends_of_the_dials():
@@ -136,7 +136,8 @@ def test_the_promise_holds_all_over_a_map(chart, mesh):
     kept = [(x, y) for x in chart.x.values(0) for y in chart.y.values(0)
             if stability.bound(chart, 'verlet', x, y, mesh) >= 1.0]
     assert len(kept) > 15
-    assert {stability.outcome(chart, 'verlet', *place, mesh) for place in kept} == {trial.STABLE}
+    outcomes = {stability.outcome(chart, 'verlet', *place, mesh) for place in kept}
+    assert outcomes == {breaking.STABLE}
 
 
 class FewLines(Budget):
@@ -188,5 +189,5 @@ def test_limits_have_a_table(tmp_path):
 
 def test_letters_tell_the_outcomes_apart():
     """Each outcome has its letter, its colour and its words."""
-    assert len(set(maps.LETTERS.values())) == len(trial.OUTCOMES) == len(maps.COLORS)
-    assert set(maps.LETTERS) == set(trial.OUTCOMES) == set(maps.COLORS)
+    assert len(set(maps.LETTERS.values())) == len(breaking.OUTCOMES) == len(maps.COLORS)
+    assert set(maps.LETTERS) == set(breaking.OUTCOMES) == set(maps.COLORS)

@@ -18,7 +18,7 @@ import math
 from flag_sim.cloth import Air
 from flag_sim.cloth.forces import Forcing
 from flag_sim.cloth.solvers import SOLVERS
-from flag_sim.study import report, trial
+from flag_sim.study import breaking, report
 
 NAME = 'limits'
 SHARE = 0.2
@@ -33,20 +33,20 @@ STILL = Forcing((0.0, 0.0, 0.0), 0.0, Air(density=0.0))
 FORCINGS = {
     'springs alone, first growth': STILL,
     'springs alone': STILL,
-    'wind 6 m/s': Forcing(trial.blowing(6.0)),
-    'wind 40 m/s': Forcing(trial.blowing(40.0)),
+    'wind 6 m/s': Forcing(breaking.blowing(6.0)),
+    'wind 40 m/s': Forcing(breaking.blowing(40.0)),
 }
 MATERIALS = {
-    'undamped': trial.sheet(1000.0, damping=0.0),
-    'default': trial.sheet(1000.0),
-    'critically damped': trial.sheet(1000.0, damping=1.0),
-    'overdamped': trial.sheet(1000.0, damping=100.0),
+    'undamped': breaking.sheet(1000.0, damping=0.0),
+    'default': breaking.sheet(1000.0),
+    'critically damped': breaking.sheet(1000.0, damping=1.0),
+    'overdamped': breaking.sheet(1000.0, damping=100.0),
 }
 
 
 def run(store, budget):
     """Measure the limits of every method, material and forcing."""
-    mesh = trial.small_mesh()
+    mesh = breaking.small_mesh()
     for material in MATERIALS:
         for solver in SOLVERS:
             for forcing in FORCINGS:
@@ -69,12 +69,12 @@ def measured(solver, material, name, mesh):
     thousand times it does not (where there is no bound: a hundred seconds).
     """
     forcing = FORCINGS[name]
-    far = GROWN * trial.NOISE * mesh.dx if 'growth' in name else None
-    bound = trial.largest_step(solver, material, mesh, drag=forcing.air.density > 0.0)
+    far = GROWN * breaking.NOISE * mesh.dx if 'growth' in name else None
+    bound = breaking.largest_step(solver, material, mesh, drag=forcing.air.density > 0.0)
     low, high = (1e-3 * bound, 1e3 * bound) if math.isfinite(bound) else (1e-6, 100.0)
 
     def stable(dt):
-        return trial.raw(solver, material, forcing, dt, mesh, far) == trial.STABLE
+        return breaking.raw(solver, material, forcing, dt, mesh, far) == breaking.STABLE
 
     if not stable(low):
         return bound, 0.0
@@ -117,15 +117,15 @@ def _ratio(row):
 TEXT = f"""## The measured limit over the bound
 
 The longest stable step of the same trials, found by bisection to {100 * (PRECISION - 1):.1f} %,
-over the bound that the planner uses: never below 1 where the bound is a promise. "First growth": a
-noise of {trial.NOISE:g} cells grows {GROWN:g} times. "None": no step diverges; "always": every one
-does.
+over the bound that the planner uses: never below 1 where the bound is a promise. "First growth":
+a noise of {breaking.NOISE:g} cells grows {GROWN:g} times. "None": no step diverges; "always":
+every one does.
 
-Undamped springs alone show what the bound gives away to the mesh: it counts the waves of an endless
-grid, and the pins and hems of this small one shut the stiffest out. On top of that come rk4's half
-disc (2.6 of the 2.83 along the imaginary axis) and its saturation (a wave that grows crumples the
-cloth, which makes it less stiff, and grows no more); then the reserve for drag (symplectic 1.15 to
-1.33, verlet 1.22 to 1.48, rk4 1.19), which a light wind leaves unused; and with dashpots that
-springs and dashpots are each taken at their worst. Below 1 are euler without damping, which no
-step makes stable, only slow to diverge, and seed in a storm, whose drag is explicit and not in its
-bound. Far above are seed's dashpots, too weak by the factor of the step."""
+Undamped springs alone show what the bound gives away to the mesh: it counts the waves of an
+endless grid, and the pins and hems of this small one shut the stiffest out. On top of that come
+rk4's half disc (2.6 of the 2.83 along the imaginary axis) and its saturation (a wave that grows
+crumples the cloth, which makes it less stiff, and grows no more); then the reserve for drag
+(symplectic 1.15 to 1.33, verlet 1.22 to 1.48, rk4 1.19), which a light wind leaves unused; and
+with dashpots that springs and dashpots are each taken at their worst. Below 1 are euler without
+damping, which no step makes stable, only slow to diverge, and seed in a storm, whose drag is
+explicit and not in its bound. Far above are seed's dashpots, weaker by the factor of the step."""

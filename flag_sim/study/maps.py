@@ -15,17 +15,17 @@
 """Drawing of stability maps: a panel for each method, with the line of theory over it."""
 import math
 
-from flag_sim.study import plots, trial
+from flag_sim.study import breaking, plots
 import numpy as np
 
-LETTERS = {trial.STABLE: 's', trial.SOFTENED: 'l', trial.REACH: 'r', trial.HELD: 'h',
-           trial.DIVERGING: 'd'}
+LETTERS = {breaking.STABLE: 's', breaking.SOFTENED: 'l', breaking.REACH: 'r', breaking.HELD: 'h',
+           breaking.DIVERGING: 'd'}
 """What stands for an outcome in a row of a map."""
-BROKEN = {LETTERS[trial.HELD], LETTERS[trial.DIVERGING]}
+BROKEN = {LETTERS[breaking.HELD], LETTERS[breaking.DIVERGING]}
 
 # Okabe and Ito's colours, apart for the colour-blind, and also in grey from light to dark.
-COLORS = {trial.STABLE: '#f2f2f2', trial.SOFTENED: '#56b4e9', trial.REACH: '#f0e442',
-          trial.HELD: '#d55e00', trial.DIVERGING: '#000000'}
+COLORS = {breaking.STABLE: '#f2f2f2', breaking.SOFTENED: '#56b4e9', breaking.REACH: '#f0e442',
+          breaking.HELD: '#d55e00', breaking.DIVERGING: '#000000'}
 LINE = '#cc79a7'
 LINE_LEVEL = 4
 """Of refinement, for the line."""
@@ -114,6 +114,6 @@ def _legend(figure, seen):
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
     handles = [Patch(facecolor=COLORS[outcome], edgecolor='#808080', label=text)
-               for outcome, text in trial.OUTCOMES.items() if outcome in seen]
+               for outcome, text in breaking.OUTCOMES.items() if outcome in seen]
     handles.append(Line2D([], [], color=LINE, linewidth=2.0, label='bound of theory'))
     figure.legend(handles=handles, loc='outside lower center', ncols=3, frameon=False)

@@ -24,7 +24,7 @@ from typing import NamedTuple
 from flag_sim.cloth.forces import Forcing
 from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.cloth.stability import Stepping
-from flag_sim.study import maps, report, trial
+from flag_sim.study import breaking, maps, report
 
 NAME = 'stability'
 SHARE = 1.0
@@ -68,11 +68,11 @@ def light_and_stiff(ratio):
     the stiffest and lightest that the dials allow.
     """
     if ratio == 0.0:
-        return trial.sheet(0.0)
+        return breaking.sheet(0.0)
     default = DEFAULT[0] / DEFAULT[1]
     end = STIFFEST if ratio >= default else LIMPEST
     part = math.log(ratio / default) / math.log(end[0] / end[1] / default)
-    return trial.sheet(*(begin * (to / begin)**part for begin, to in zip(DEFAULT, end)))
+    return breaking.sheet(*(begin * (to / begin)**part for begin, to in zip(DEFAULT, end)))
 
 
 class Map(NamedTuple):
@@ -105,7 +105,7 @@ def _by_ratio(x, y):
 
 
 def _by_damping(x, y):
-    return trial.sheet(*DEFAULT, damping=x), WIND, y
+    return breaking.sheet(*DEFAULT, damping=x), WIND, y
 
 
 MAPS = (
@@ -116,16 +116,16 @@ MAPS = (
     Map('damping-frames', 'what a user gets of damped cloth', False, DAMPING, FRAME_TIME,
         _by_damping),
     Map('wind-steps', f'each method alone, in steps of {1e3 * RAW_STEP:g} ms', True, STIFFNESS,
-        SPEED, lambda x, y: (trial.sheet(x), y, RAW_STEP), False),
+        SPEED, lambda x, y: (breaking.sheet(x), y, RAW_STEP), False),
     Map('wind-frames', 'what a user gets in frames of 1/30 s', False, STIFFNESS, SPEED,
-        lambda x, y: (trial.sheet(x), y, FRAME), False),
+        lambda x, y: (breaking.sheet(x), y, FRAME), False),
 )
 BY_NAME = {one.name: one for one in MAPS}
 
 
 def run(store, budget):
     """Measure line after line, the coarse maps of all methods first."""
-    mesh = trial.small_mesh()
+    mesh = breaking.small_mesh()
     for level in range(LEVELS):
         for chart in MAPS:
             for solver in SOLVERS:
@@ -153,8 +153,8 @@ def outcome(chart, solver, x, y, mesh):
     """Return what becomes of the trial in one place of a map."""
     material, speed, dt = chart.of(x, y)
     if chart.is_raw:
-        return trial.raw(solver, material, Forcing(trial.blowing(speed)), dt, mesh)
-    return trial.through_cloth(solver, material, trial.blowing(speed), dt)
+        return breaking.raw(solver, material, Forcing(breaking.blowing(speed)), dt, mesh)
+    return breaking.through_cloth(solver, material, breaking.blowing(speed), dt)
 
 
 def bound(chart, solver, x, y, mesh):
@@ -164,7 +164,7 @@ def bound(chart, solver, x, y, mesh):
     A frame may be as long as the steps that Cloth grants, each at step_safety of the largest.
     """
     material, speed, dt = chart.of(x, y)
-    largest = trial.largest_step(solver, material, mesh, drag=speed > 0.0)
+    largest = breaking.largest_step(solver, material, mesh, drag=speed > 0.0)
     stepping = Stepping()
     granted = 1.0 if chart.is_raw else stepping.substeps_limit * stepping.step_safety
     return granted * largest / dt
@@ -187,7 +187,7 @@ def finest(rows):
 def plots(rows, folder):
     """Draw each map, one panel a method."""
     whole = finest(rows)
-    mesh = trial.small_mesh()
+    mesh = breaking.small_mesh()
     drawn = []
     for chart in MAPS:
         panels = {solver: lines for (name, solver), lines in whole.items() if name == chart.name}
@@ -224,7 +224,7 @@ SEEN = {
 def section(rows):
     """Return the text on the maps, with the count of what became of the trials."""
     whole = finest(rows)
-    mesh = trial.small_mesh()
+    mesh = breaking.small_mesh()
     lines = []
     for chart in MAPS:
         for solver in SOLVERS:
@@ -253,20 +253,21 @@ def _count(chart, solver, lines, mesh):
 
 TEXT = f"""## Where each method breaks
 
-A flag of {trial.COLUMNS} x {trial.ROWS} nodes is laid flat with a noise of {trial.NOISE:g} cells, in
-a wind of {WIND:g} m/s where the map has no axis for it. Axes go to the ends of the dials' ranges.
-Along "stiffness / area density" both change, from the default to the limpest and heaviest cloth
-and to the stiffest and lightest; shear and bending go with stiffness.
+A flag of {breaking.COLUMNS} x {breaking.ROWS} nodes is laid flat with a noise of
+{breaking.NOISE:g} cells, in a wind of {WIND:g} m/s where the map has no axis for it. Axes go to
+the ends of the dials' ranges. Along "stiffness / area density" both change, from the default to
+the limpest and heaviest cloth and to the stiffest and lightest; shear and bending go with
+stiffness.
 
-"Steps": the method alone takes {trial.STEPS} steps of a fixed length. It diverges where a node is
-not finite or {trial.FAR:g} times farther away than wind and free fall can carry it. What diverges
-grows exponentially, so another threshold moves no border; growth as slow as euler's undamped waves
-needs more steps to be seen.
+"Steps": the method alone takes {breaking.STEPS} steps of a fixed length. It diverges where a node
+is not finite or {breaking.FAR:g} times farther away than wind and free fall can carry it. What
+diverges grows exponentially, so that another threshold hardly moves a border; growth as slow as
+euler's undamped waves needs more steps to be seen.
 
-"Frames": what a user gets of {trial.FRAMES} frames or more, until they have {trial.STEPS} steps,
-with at most {Stepping().substeps_limit} steps a frame. Nothing diverges there: a frame that did is
-refused (Diverged), and the cloth stays where it was. The physics node adds max_gap: by default it
-simulates no frame longer than 1 s.
+"Frames": what a user gets of {breaking.FRAMES} frames or more, until they have {breaking.STEPS}
+steps, with at most {Stepping().substeps_limit} steps a frame. Nothing diverges there: a frame
+that did is refused (Diverged), and the cloth stays where it was. The physics node adds max_gap:
+by default it simulates no frame longer than 1 s.
 
 The line is the bound that the planner uses: below it theory promises stability (for frames: with
 {Stepping().substeps_limit} steps at a step_safety of {Stepping().step_safety:g}, so that nothing
