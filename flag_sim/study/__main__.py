@@ -49,17 +49,14 @@ def main(args=None):
         store = Store(options.output, {'format': FORMAT, **machine.identity()})
     except ValueError as error:
         parser.error(str(error))
-    dropped = []
     try:
         for part, own in budget.share(60.0 * options.minutes,
                                       [(part, part.NAME, part.SHARE) for part in PARTS]):
             part.run(store, own)
-            if not own.allows():
-                dropped.append(part.NAME)
     except KeyboardInterrupt:
         print('\ninterrupted; the same command goes on from here', file=sys.stderr)
         return 130
-    print(report.write(store, PARTS, options.minutes, load, dropped))
+    print(report.write(store, PARTS, options.minutes, load))
     return 0
 
 

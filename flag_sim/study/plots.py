@@ -41,3 +41,25 @@ def figure(path, columns=1, rows=1, size=(7.0, 4.5), **options):
     axes = drawn.subplots(rows, columns, **options)
     yield drawn, axes
     drawn.savefig(path, dpi=110)
+
+
+def plain(*axes):
+    """Write 0.5 and 20 at logarithmic axes, not powers of ten."""
+    from matplotlib.ticker import FuncFormatter, LogLocator
+    for axis in axes:
+        for one in (axis.xaxis, axis.yaxis):
+            if one.get_scale() == 'log':
+                one.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+                one.set_major_formatter(FuncFormatter(lambda value, _: f'{value:g}'))
+                one.set_minor_formatter(FuncFormatter(lambda *_: ''))
+
+
+METHODS = ('symplectic', 'verlet', 'rk4', 'xpbd', 'euler', 'implicit', 'seed')
+
+
+def style(method):
+    """Return the colour and marks by which a method is known in every plot."""
+    if method == 'seed':
+        return {'color': 'black', 'marker': 'X', 'ls': '--'}
+    index = METHODS.index(method) if method in METHODS else len(METHODS)
+    return {'color': f'C{index}', 'marker': 'osD^vP*p'[index], 'ls': '-', 'ms': 4}

@@ -21,12 +21,11 @@ BUSY = 0.5
 """Load of others per core above which times are not to be trusted."""
 
 
-def write(store, parts, minutes, load, dropped=()):
+def write(store, parts, minutes, load):
     """
     Write report.md into the store's folder; return its path.
 
-    parts: modules (see parts); load: before the study began; dropped: names of parts that the
-    time did not suffice for.
+    parts: modules (see parts); load: before the study began.
     """
     texts = [_head(minutes, load)]
     for part in parts:
@@ -35,10 +34,8 @@ def write(store, parts, minutes, load, dropped=()):
             texts.append(f'## {part.NAME}\n\nNot measured: the time did not suffice.')
             continue
         texts.append(part.section(rows).strip())
-        if part.NAME in dropped:
-            texts.append('*The time ended before this part was whole.*')
         if plots.can_draw():
-            texts += [f'![{sentence}]({name})\n\n*{sentence}*'
+            texts += [f'![{part.NAME}]({name})\n\n*{sentence}*'
                       for name, sentence in part.plots(rows, store.folder)]
         texts.append(f'All numbers: [{part.NAME}.csv]({part.NAME}.csv)')
     path = store.folder / 'report.md'

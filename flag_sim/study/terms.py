@@ -16,6 +16,7 @@
 from typing import NamedTuple
 
 from flag_sim.cloth import Air
+from flag_sim.study.reference import on_grid
 from flag_sim.study.settings import changed, defaults, hang_of
 
 
@@ -64,11 +65,10 @@ def pressure_matched():
 
 
 def finer():
-    """Return the dials of the same sheet on a grid twice as fine, its dashpots kept."""
+    """Return the dials of the same sheet on a grid twice as fine."""
     settings = defaults()
-    rows, columns = (2 * settings[name] - 1 for name in ('grid.rows', 'grid.columns'))
-    # The ratio is to the critical damping of one spring, which halves with the spacing.
-    return {'grid.rows': rows, 'grid.columns': columns, 'damping': 2.0 * settings['damping']}
+    fine = on_grid(settings, *(2 * settings[name] - 1 for name in ('grid.rows', 'grid.columns')))
+    return {name: value for name, value in fine.items() if value != settings[name]}
 
 
 CONTROL = 'nothing'
