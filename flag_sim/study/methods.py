@@ -111,8 +111,9 @@ def section(rows):
     return f"""## Methods and steps
 
 All on the default grid, against the motion of that same grid in very small steps
-(`{EXACT['solver']}` at a twentieth of its largest step): so these are errors of time alone. They start
-where the windows start. The fewest steps that are stable, and up to four times as many, in {len(summary.grouped(rows, 'turn'))} windows:
+(`{EXACT['solver']}` at a twentieth of its largest step): so these are errors of time alone.
+They start where the windows start. The fewest steps that are stable, and up to four times as
+many, in {len(summary.grouped(rows, 'turn'))} windows:
 
 {report.table(['method', 'steps a frame', 'ms a frame', 'RMS mm', 'RMS px',
                f'RMS mm after {1e3 * LONG * WINDOW:.0f} ms'], table)}

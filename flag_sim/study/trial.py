@@ -33,46 +33,49 @@ class Trials:
     """
     Compares settings with a Reference, as the camera of `base` settings sees both.
 
+    frames: after how many frames of a window.
+
     Compiles what it meets for the first time before it measures.
     """
 
-    def __init__(self, reference, base):
+    def __init__(self, reference, base, frames=1):
         self.reference = reference
         self.base = base
+        self.frames = frames
         self.camera = look_of(base).camera
         self._warm = set()
         self._drawn = {}
 
     def motion(self, settings, window):
         """
-        Run settings through a window's first frame; return a row of numbers and the positions.
+        Run settings through a window; return a row of numbers and where it ended.
 
         rms_mm, worst_mm, rms_px, worst_px: at all nodes of the finest grid. physics_ms: the
         median of TIMED frames. stiffness: what the steps left of it. If the run diverged all
         are None, and so are the positions.
         """
-        shot, frame = self.reference.shot, window.frame + 1
+        shot, right = self.reference.shot, self._end(window)
         self._warm_up((settings['solver'], settings.get('precision')),
                       lambda: self.reference.start(window, settings).advance(1e-6))
         cloth = self.reference.start(window, settings)
         times, positions = [], None
         try:
-            while len(times) < TIMED:
+            while len(times) < max(TIMED, self.frames):
                 begin = time.perf_counter()
-                plan = cloth.advance(shot.dt, shot.wind(frame))
+                plan = cloth.advance(shot.dt, shot.wind(window.frame + len(times) + 1))
                 cloth.normals()
                 times.append(MILLI * (time.perf_counter() - begin))
-                if positions is None:
+                if len(times) == self.frames:
                     positions = cloth.positions
         except Diverged:
             return dict.fromkeys(('rms_mm', 'worst_mm', 'rms_px', 'worst_px', 'physics_ms',
                                   'substeps', 'stiffness')), None
         filled = self.reference.filled(positions)
-        metres = error.distances(filled, window.ends[0])
-        pixels = error.pixel_distances(filled, window.ends[0], self.camera)
+        metres = error.distances(filled, right)
+        pixels = error.pixel_distances(filled, right, self.camera)
         return {'rms_mm': MILLI * error.rms(metres), 'worst_mm': MILLI * float(metres.max()),
                 'rms_px': error.rms(pixels), 'worst_px': float(pixels.max()),
-                'physics_ms': sorted(times)[TIMED // 2], 'substeps': plan.granted,
+                'physics_ms': sorted(times)[len(times) // 2], 'substeps': plan.granted,
                 'stiffness': plan.stiffness_factor}, positions
 
     def picture(self, settings, positions, window, with_ssim=True):
@@ -102,17 +105,21 @@ class Trials:
     def still(self, settings, window):
         """Return what drawing the reference's own vertices by settings does to the picture."""
         right = self._right(window)
-        image = picture_of(settings).draw(window.ends[0], None, *look_of(settings))
+        image = picture_of(settings).draw(self._end(window), None, *look_of(settings))
         image = error.resized(image, *right.shape[:2])
         return {'drawing_psnr_db': min(error.psnr(image, right), MOST_DB),
                 'drawing_ssim': error.ssim(image, right)}
+
+    def _end(self, window):
+        """Return where the reference is at the end of a window: (rows, columns, 3) [m]."""
+        return window.ends[self.frames - 1]
 
     def _right(self, window):
         """Return the reference's picture."""
         if window.frame not in self._drawn:
             best = changed(self.base, BEST)
             self._drawn[window.frame] = picture_of(best).draw(
-                window.ends[0], None, *look_of(best)).copy()
+                self._end(window), None, *look_of(best)).copy()
         return self._drawn[window.frame]
 
     def _warm_up(self, kind, run):
