@@ -114,7 +114,7 @@ def section(rows):
             row['term'], row['shot'], _pair(row['px_rms'], row['px_worst']), row['shape_px'],
             row['energy'], row['psnr_db'], row['levels'],
             None if row['changed'] is None else 100.0 * row['changed'],
-            row['ms_with'], f'{saved:.2f} ± {spread:.2f}', whys[row['term']]])
+            row['ms_with'], f'{round(saved, 2) + 0.0:.2f} ± {spread:.2f}', whys[row['term']]])
     head = ['term', 'shot', 'px RMS (worst)', 'mean shape, px', 'energy', 'PSNR, dB', 'levels',
             'pixels changed, %', 'with it, ms', 'saved without, ms', 'by default']
     return TEXT + '\n\n' + report.table(head, lines, 'll' + 'r' * (len(head) - 3) + 'l')

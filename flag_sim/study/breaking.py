@@ -38,7 +38,7 @@ CHUNK = 50
 """Steps between two looks at the state."""
 FAR = 100.0
 """Times farther than wind and gravity can carry a free cloth: a place for numbers only."""
-FRAMES = 3
+FRAMES = 2
 """That a cloth is moved by at least, and on until it has taken STEPS steps."""
 
 STABLE, SOFTENED, REACH, HELD, DIVERGING = 'stable', 'softened', 'reach', 'held', 'diverging'

@@ -19,6 +19,7 @@ A map is a field of trials, from the smallest to the largest value that the dial
 measured line by line, first coarse for every method, then finer, each time anew.
 """
 import math
+import time
 from typing import NamedTuple
 
 from flag_sim.cloth.forces import Forcing
@@ -136,16 +137,19 @@ def run(store, budget):
 
 def _measure(store, budget, mesh, chart, solver, level):
     """Add the lines of a map that are missing; return whether it is whole."""
+    took = 0.0
     for number, y in enumerate(chart.y.values(level)):
         key = f'{chart.name}/{solver}/{level}/{number}'
         if store.has(NAME, key):
             continue
-        if not budget.allows():
+        if not budget.allows(took):
             return False
+        begin = time.perf_counter()
         cells = ''.join(maps.LETTERS[outcome(chart, solver, x, y, mesh)]
                         for x in chart.x.values(level))
         store.add(NAME, {'key': key, 'map': chart.name, 'solver': solver, 'level': level, 'y': y,
                          'cells': cells})
+        took = time.perf_counter() - begin
     return True
 
 

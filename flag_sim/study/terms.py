@@ -86,7 +86,7 @@ TERMS = (
     Term('square of the wind', {}, {'air.law': 'linear'}, ('fresh', 'storm'),
          'on: of the same cost, and a storm would else be a breeze'),
     Term('shear', {}, {'shear_stiffness': 0.0}, WINDS,
-         'on: without it cells collapse along their diagonals'),
+         'on: without it the sheet folds up along its diagonals'),
     Term('bending', {}, {'bend_stiffness': 0.0}, WINDS,
          'on: else the finest wave of the grid decides on the folds'),
     Term('damping', {}, {'damping': 0.0}, WINDS,
