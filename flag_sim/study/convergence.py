@@ -14,59 +14,66 @@
 
 """Part: how exact the references themselves are, which says what they can rank."""
 from flag_sim.cloth.mesh import resample
-from flag_sim.study import error, plots as drawing, report
-from flag_sim.study.reference import FINEST, WINDOW
-from flag_sim.study.scene import trials
+from flag_sim.study import error, plots as drawing, report, scene
+from flag_sim.study.reference import WINDOW
 from flag_sim.study.settings import cloth_of
 import numpy as np
 
 NAME = 'convergence'
 SHARE = 3.0
 WINDOWS = 8
-FIRST = 2  # windows that every study has, however short
+FIRST = 2
+"""Windows that every study has, however short; of so many one is run on the refined grid too."""
+ROOM = 10.0
+"""Time that must be left for a run on the refined grid [s]; it may take twice that."""
 COLUMNS = (16, 31, 61, 121)
-FINER = (2 * FINEST[0] - 1, 2 * FINEST[1] - 1)
 TENTH = 10.0
 """An error is ranked where it is so many times the reference's own."""
 
 
+def grids():
+    """Return (rows, columns) of the reference and of its refinement."""
+    rows, columns = scene.FINEST
+    return scene.FINEST, (2 * rows - 1, 2 * columns - 1)
+
+
 def run(store, budget):
     """Make windows; compare each with coarser grids, half the step, and one with a finer grid."""
-    finer = 0
+    finest, finer = grids()
+    refined = 0
     for number in range(WINDOWS):
         if number >= FIRST and not budget.allows():
             return
-        budget.say(f'window {number + 1}, on {FINEST[1]} x {FINEST[0]} nodes')
+        budget.say(f'window {number + 1}, on {finest[1]} x {finest[0]} nodes')
         _compare(store, number)
-        if finer == 0 and number + 1 >= FIRST and (
-                store.has(NAME, f'{number}@{FINER[1]}') or budget.allows(15.0)):
-            budget.say(f'on {FINER[1]} x {FINER[0]} nodes, half a minute')
-            _add(store, finer, FINER, 1.0)
-            finer += 1
+        if number + 1 >= FIRST * (refined + 1) and budget.allows(ROOM):
+            budget.say(f'window {refined + 1}, on {finer[1]} x {finer[0]} nodes')
+            _add(store, refined, finer, 1.0)
+            refined += 1
 
 
 def _compare(store, number):
-    trials(store.folder).reference.window(number)
+    scene.trials(store.folder).reference.window(number)
     for columns in COLUMNS:
-        _add(store, number, ((FINEST[0] - 1) * (columns - 1) // (FINEST[1] - 1) + 1, columns), 1.0)
-    _add(store, number, FINEST, 0.5)
+        _add(store, number, (scene.with_grid(columns)['grid.rows'], columns), 1.0)
+    _add(store, number, scene.FINEST, 0.5)
 
 
 def _add(store, number, grid, step):
     """Add the distance from the reference of a run on a grid with a part of its step."""
-    key = f'{number}@{grid[1]}' if grid != FINEST else f'{number}@half'
+    key, finer = f'{number}@{grid[1]}', grids()[1]
     if store.has(NAME, key):
         return
-    own = trials(store.folder)
+    own = scene.trials(store.folder)
     reference, window = own.reference, own.reference.window(number)
     settings = reference.grid(*grid, step_safety=0.9 * step)
-    if grid == FINER:
+    if grid == finer:
         cloth = cloth_of(settings)
         cloth.place(resample(window.positions, *grid), resample(window.velocities, *grid))
     else:
         cloth = reference.start(window, settings)
     reference.shot.play(cloth, window.frame, window.frame + 1)
-    positions = cloth.positions[::2, ::2] if grid == FINER else reference.filled(cloth.positions)
+    positions = cloth.positions[::2, ::2] if grid == finer else reference.filled(cloth.positions)
     metres = error.distances(positions, window.ends[0])
     pixels = error.pixel_distances(positions, window.ends[0], own.camera)
     store.add(NAME, {
@@ -96,37 +103,40 @@ def own_error(rows, column='rms_px'):
     The grid's is the distance from the finer grid where that was run; otherwise the distance of
     the next coarser grid, which is more.
     """
-    grid = _of(rows, FINER[1]) or _of(rows, COLUMNS[-1])
-    step = _of(rows, FINEST[1], 0.5)
+    finest, finer = grids()
+    grid = _of(rows, finer[1]) or _of(rows, COLUMNS[-1])
+    step = _of(rows, finest[1], 0.5)
     return error.rms([row[column] for row in grid]) + error.rms([row[column] for row in step])
 
 
 def section(rows):
     """Return what the references are, and how exact."""
-    count = len(_of(rows, FINEST[1], 0.5))
+    finest, finer = grids()
+    count = len(_of(rows, finest[1], 0.5))
     table = []
     for columns, step, what in (
-            *((columns, 1.0, f'grid {columns} x {(columns - 1) * 2 // 3 + 1}')
+            *((columns, 1.0, f'grid {columns} x {scene.with_grid(columns)["grid.rows"]}')
               for columns in COLUMNS),
-            (FINER[1], 1.0, f'grid {FINER[1]} x {FINER[0]}: the refined grid'),
-            (FINEST[1], 0.5, 'the reference in half the step')):
+            (finer[1], 1.0, f'grid {finer[1]} x {finer[0]}: the refined grid'),
+            (finest[1], 0.5, 'the reference in half the step')):
         some = _of(rows, columns, step)
         if some:
             table.append([what, len(some), *(error.rms([row[name] for row in some])
                                              for name in ('rms_mm', 'worst_mm', 'rms_px'))])
     own_mm, own_px = (own_error(rows, name) for name in ('rms_mm', 'rms_px'))
     moved = error.rms([row['moved_mm'] for row in rows])
-    how = ('measured on the refined grid' if _of(rows, FINER[1]) else
+    how = ('measured on the refined grid' if _of(rows, finer[1]) else
            'taken as the distance of the next coarser grid, which is more than it is: the time '
            'did not suffice for the refined grid')
     return f"""## How errors are measured, and how exact the reference is
 
-Every run is compared with the same sheet on {FINEST[1]} x {FINEST[0]} nodes, eight times as fine
-as the default, in **{count} windows of {1e3 * WINDOW:.0f} ms**: each starts from a state of the
-reference, spread over a gusty shot of the default wind, and ends one frame later. In that time
+Every run is compared with the same sheet on {finest[1]} x {finest[0]} nodes,
+{(finest[1] - 1) // (scene.BASE['grid.columns'] - 1)} times as fine as the default,
+in **{count} windows of {1e3 * WINDOW:.0f} ms**: each starts from a state of the reference,
+spread over a gusty shot of the default wind, and ends one frame later. In that time
 the flag moves by {moved:.0f} mm (RMS). An error in pixels is the distance on the screen of the
 default camera between where a point of the cloth is drawn and where the reference has it, at
-all {FINEST[0] * FINEST[1]} nodes of the reference that are in the picture; grids between are
+all {finest[0] * finest[1]} nodes of the reference that are in the picture; grids between are
 filled by their triangles. 'Worst' is the worst node.
 
 {report.table(['compared with the reference', 'windows', 'RMS mm', 'worst mm', 'RMS px'], table)}

@@ -14,9 +14,8 @@
 
 """Part: each dial alone, turned away from its default: what it costs and what it changes."""
 from flag_sim.cloth.solvers import SOLVERS
-from flag_sim.study import plots as drawing, report, sweep
+from flag_sim.study import plots as drawing, report, scene, sweep
 from flag_sim.study.reference import WINDOW
-from flag_sim.study.scene import BASE, windows, with_grid
 from flag_sim.study.settings import changed, cloth_of
 from flag_sim.study.trial import BEST
 
@@ -32,10 +31,11 @@ DRAWING = ('samples', 'shading', 'interpolation', 'hidden_surface', 'size', 'dra
 
 def settings():
     """Return {name: settings}, the dial's name before the equals sign."""
-    demanded = cloth_of(BASE).advance(1.0 / BASE['rate']).demanded
+    demanded = cloth_of(scene.BASE).advance(1.0 / scene.BASE['rate']).demanded
     changes = {
         DEFAULT: {},
-        **{f'solver={name}': {'solver': name} for name in SOLVERS if name != BASE['solver']},
+        **{f'solver={name}': {'solver': name} for name in SOLVERS
+           if name != scene.BASE['solver']},
         'step_safety=0.45': {'step_safety': 0.45},
         **{f'substeps_limit={max(1, round(part * demanded))}':
            {'substeps_limit': max(1, round(part * demanded))} for part in SOFTER},
@@ -47,18 +47,18 @@ def settings():
         'size=1280 x 960': {'width': 1280, 'height': 960},
         'drawing threads=2': {'drawing.threads': 2},
     }
-    if 'precision' in BASE:
+    if 'precision' in scene.BASE:
         changes['precision=float32'] = {'precision': 'float32'}
-    if 'threads' in BASE:
+    if 'threads' in scene.BASE:
         changes['physics threads=2'] = {'threads': 2}
-    return {**{name: changed(BASE, change) for name, change in changes.items()},
-            **{f'grid={columns} x {with_grid(columns)["grid.rows"]}': with_grid(columns)
-               for columns in COLUMNS}}
+    return {**{name: changed(scene.BASE, change) for name, change in changes.items()},
+            **{f'grid={columns} x {one["grid.rows"]}': one
+               for columns in COLUMNS for one in [scene.with_grid(columns)]}}
 
 
 def run(store, budget):
     """Run every setting through window after window."""
-    sweep.run(store, budget, NAME, settings(), _row, windows(store))
+    sweep.run(store, budget, NAME, settings(), _row, scene.windows(store))
 
 
 def _row(own, settings, window):
@@ -95,7 +95,7 @@ gives way in folds that the coarse grid has no room for, and what yields more is
 
 What the drawing alone does, of the reference's own vertices, against the reference's picture
 ({', '.join(f'{name} {value}' for name, value in _best())}); other sizes are shown at
-{BASE['width']} x {BASE['height']}:
+{scene.BASE['width']} x {scene.BASE['height']}:
 
 {report.table(['dial', 'value', 'drawing ms', 'quartiles', 'PSNR dB', 'SSIM'], picture,
               'llrlrr')}

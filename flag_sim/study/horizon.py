@@ -16,9 +16,8 @@
 import math
 
 from flag_sim.cloth import Diverged
-from flag_sim.study import error, plots as drawing, report, summary
+from flag_sim.study import error, plots as drawing, report, scene, summary
 from flag_sim.study.reference import WINDOW
-from flag_sim.study.scene import BASE, trials, windows, with_grid
 from flag_sim.study.settings import changed
 import numpy as np
 
@@ -40,8 +39,8 @@ CURVES = {
 
 def run(store, budget):
     """Let pairs of runs go on from the same state and part."""
-    own = trials(store.folder)
-    for number in windows(store):
+    own = scene.trials(store.folder)
+    for number in scene.windows(store):
         if number and not budget.allows():
             return
         if store.has(NAME, f'{number}@{FRAMES}'):
@@ -58,19 +57,20 @@ def run(store, budget):
 
 def _distances(reference, window, first, number):
     """Return {column: RMS distances [mm] from the default run, frame by frame}."""
-    base = _play(reference, window, BASE)
+    base = _play(reference, window, scene.BASE)
     source = np.random.default_rng(number)
-    moved = _play(reference, window, BASE, ROUNDING * source.standard_normal(base[0].shape))
+    moved = _play(reference, window, scene.BASE,
+                  ROUNDING * source.standard_normal(base[0].shape))
     runs = {
         'rounding_mm': moved,
-        'step_mm': _play(reference, window, changed(BASE, {'step_safety': 0.45})),
-        **{f'{name}_mm': _play(reference, window, changed(BASE, {'solver': name}))
+        'step_mm': _play(reference, window, changed(scene.BASE, {'step_safety': 0.45})),
+        **{f'{name}_mm': _play(reference, window, changed(scene.BASE, {'solver': name}))
            for name in ('rk4', 'xpbd', 'seed')},
-        'grid_mm': [ends[::2, ::2] for ends in _play(reference, window, with_grid(61))],
+        'grid_mm': [ends[::2, ::2] for ends in _play(reference, window, scene.finer())],
     }
     found = {name: _apart(run, base) for name, run in runs.items()}
     found['unrelated_mm'] = [None] * FRAMES if number == 0 else _apart(
-        _play(reference, first, BASE), base)
+        _play(reference, first, scene.BASE), base)
     return found
 
 

@@ -17,8 +17,7 @@ from flag_sim.cloth import Diverged
 from flag_sim.cloth.energy import kinetic_energy
 from flag_sim.cloth.model import Model
 from flag_sim.cloth.solvers import SOLVERS
-from flag_sim.study import error, plots as drawing, report
-from flag_sim.study.scene import BASE, with_grid
+from flag_sim.study import error, plots as drawing, report, scene
 from flag_sim.study.settings import changed, cloth_of
 from flag_sim.study.shot import Shot
 import numpy as np
@@ -37,9 +36,9 @@ SLOWEST = 0.3
 
 def runs():
     """Return {name: settings}: every method on the default grid, and the default on others."""
-    return {'rk4': changed(BASE, {'solver': 'rk4', 'step_safety': 0.5}),
-            **{name: changed(BASE, {'solver': name}) for name in SOLVERS if name != 'rk4'},
-            'grid 16 x 11': with_grid(16), 'grid 61 x 41': with_grid(61)}
+    return {'rk4': changed(scene.BASE, {'solver': 'rk4', 'step_safety': 0.5}),
+            **{name: changed(scene.BASE, {'solver': name}) for name in SOLVERS if name != 'rk4'},
+            'a grid half as fine': scene.coarser(), 'a grid twice as fine': scene.finer()}
 
 
 def run(store, budget):

@@ -18,9 +18,8 @@ import time
 
 from flag_sim.cloth import Diverged
 from flag_sim.cloth.solvers import SOLVERS
-from flag_sim.study import error, plots as drawing, report, summary
+from flag_sim.study import error, plots as drawing, report, scene, summary
 from flag_sim.study.reference import WINDOW
-from flag_sim.study.scene import BASE, LONG, trials, windows
 from flag_sim.study.settings import changed, cloth_of
 
 NAME = 'methods'
@@ -39,15 +38,15 @@ def kinds():
 
 def run(store, budget):
     """Run every method with every number of steps through window after window."""
-    own = trials(store.folder)
-    for number in windows(store):
+    own = scene.trials(store.folder)
+    for number in scene.windows(store):
         if number and not budget.allows():
             return
         budget.say(f'window {number + 1}')
         window = own.reference.window(number)
         exact = None
         for name, changes in {'exact': {**EXACT, 'step_safety': 0.1}, **kinds()}.items():
-            settings = changed(BASE, {'step_safety': 1.0, **changes})
+            settings = changed(scene.BASE, {'step_safety': 1.0, **changes})
             fewest = cloth_of(settings).advance(own.reference.shot.dt).demanded
             counts = [0] if name == 'exact' else _counts(SOLVERS[settings['solver']], fewest)
             for count in counts:
@@ -57,7 +56,7 @@ def run(store, budget):
                 if store.has(NAME, key):
                     continue
                 if exact is None:
-                    exact = _run(own, changed(BASE, EXACT), window)
+                    exact = _run(own, changed(scene.BASE, EXACT), window)
                 row = _run(own, changed(settings, steps), window)
                 store.add(NAME, {'key': key, 'method': name, 'steps': count or row['steps'],
                                  'turn': number, **_compared(row, exact, own.camera)})
@@ -76,7 +75,7 @@ def _run(own, settings, window):
     own.reference.start(window, settings).advance(1e-6)  # compiles
     cloth = own.reference.start(window, settings)
     ends, times, steps = [], [], None
-    for frame in range(window.frame + 1, window.frame + LONG + 1):
+    for frame in range(window.frame + 1, window.frame + scene.LONG + 1):
         begin = time.perf_counter()
         try:
             steps = cloth.advance(shot.dt, shot.wind(frame)).granted
@@ -116,7 +115,7 @@ They start where the windows start. The fewest steps that are stable, and up to 
 many, in {len(summary.grouped(rows, 'turn'))} windows:
 
 {report.table(['method', 'steps a frame', 'ms a frame', 'RMS mm', 'RMS px',
-               f'RMS mm after {1e3 * LONG * WINDOW:.0f} ms'], table)}
+               f'RMS mm after {1e3 * scene.LONG * WINDOW:.0f} ms'], table)}
 
 {_seed(groups)}
 """
@@ -139,7 +138,7 @@ velocity, the dashpots and the relative wind, are given this number where metres
 meant. At n steps a frame they are therefore 30 n times too weak, whatever the step. So the
 error of `seed` does not vanish with the step, as symplectic's does: it goes to a motion without
 dashpots and without the drag of the cloth's own speed. RMS mm after
-{1e3 * LONG * WINDOW:.0f} ms:
+{1e3 * scene.LONG * WINDOW:.0f} ms:
 
 {report.table(['steps a frame', 'seed', 'symplectic', 'symplectic without dashpots'], table)}
 

@@ -15,7 +15,7 @@
 """What the study measures on: one shot, one camera, and the windows of its reference."""
 import functools
 
-from flag_sim.study.reference import nested, on_grid, Reference
+from flag_sim.study.reference import FINEST, nested, on_grid, Reference
 from flag_sim.study.settings import changed, defaults
 from flag_sim.study.trial import Trials
 
@@ -28,7 +28,17 @@ LONG = 3
 @functools.lru_cache(maxsize=1)
 def trials(folder):
     """Return the Trials of a study in a folder."""
-    return Trials(Reference(BASE, LONG, folder / 'windows'), BASE)
+    return Trials(Reference(BASE, LONG, folder / 'windows', FINEST), BASE)
+
+
+def finer():
+    """Return BASE on the grid that is twice as fine."""
+    return with_grid(2 * BASE['grid.columns'] - 1)
+
+
+def coarser():
+    """Return BASE on the grid that is half as fine."""
+    return with_grid((BASE['grid.columns'] + 1) // 2)
 
 
 def windows(store):
@@ -42,5 +52,5 @@ def windows(store):
 
 def with_grid(columns, **changes):
     """Return BASE for the same sheet on the nested grid of so many columns, otherwise changed."""
-    (rows,) = [rows for rows, count in nested() if count == columns]
+    (rows,) = [rows for rows, count in nested(FINEST) if count == columns]
     return changed(on_grid(BASE, rows, columns), changes)

@@ -13,8 +13,7 @@
 # limitations under the License.
 
 """A sweep: many settings run through window after window, and the rows that come of it."""
-from flag_sim.study import convergence, summary
-from flag_sim.study.scene import trials
+from flag_sim.study import convergence, scene, summary
 
 COST = ('physics_ms', 'drawing_ms')
 MEANS = ('psnr_db', 'ssim', 'drawing_psnr_db', 'drawing_ssim')
@@ -30,7 +29,7 @@ def run(store, budget, part, settings, row_of, turns):
     are taken interleaved, and a disturbance of the machine hits all alike. The first FIRST turns
     are taken in any case. row_of(trials, settings, window) gives a row's numbers.
     """
-    own = trials(store.folder)
+    own = scene.trials(store.folder)
     for turn, number in enumerate(turns):
         if turn >= FIRST and not budget.allows():
             return

@@ -90,8 +90,10 @@ def _promise(options, search, verdict, check, load):
         f'{own["gust.intensity"]:g}; {options.error_px:g} px are allowed'
         + ('.' if verdict.is_accurate else ':'),
     ]
+    expected = verdict.option.error_px
     if not verdict.is_accurate:
-        lines.append(f'MISSED by {check - options.error_px:.2g} px; nothing that was tried does '
+        lines.append(f'MISSED: other shots may reach {expected:.2g} px, '
+                     f'{expected - options.error_px:.2g} px too much; nothing that was tried is '
                      'better at this rate.')
     lines.append(f'Cost: {cost:.2g} ms a frame for physics and drawing, one after the other, '
                  'without messages;')
