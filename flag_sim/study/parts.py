@@ -26,6 +26,7 @@ A part is a module with
 run goes on where it was interrupted (Store.has), and every number that it adds but times is the
 same in every run. plots is only called where matplotlib is installed.
 """
-from flag_sim.study import convergence, dials, frontier, horizon, longrun, methods
+from flag_sim.study import (
+    ablation, convergence, dials, frontier, horizon, limits, longrun, methods, stability)
 
-PARTS = [convergence, methods, horizon, longrun, dials, frontier]
+PARTS = [convergence, methods, horizon, longrun, dials, frontier, stability, limits, ablation]
