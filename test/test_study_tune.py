@@ -118,6 +118,9 @@ def test_what_cannot_be_is_refused(tmp_path, capsys):
         capsys, '--error-px', 1, '--params-file', away, '--output', new)
     assert 'rate must be at most 1000 Hz, not 1e+06' in refused(
         capsys, '--error-px', 1, '--rate', 1e6, '--output', new)
+    away.write_text('/physics:\n  ros__parameters:\n    stiffness: 1.0e+9\n')
+    assert 'at most 20000 steps a frame, and this sheet needs' in refused(
+        capsys, '--error-px', 1, '--params-file', away, '--output', new)
     away.write_text('/renderer:\n  ros__parameters:\n    width: -3\n')
     assert 'width must be' in refused(
         capsys, '--error-px', 1, '--params-file', away, '--output', new)

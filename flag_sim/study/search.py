@@ -17,7 +17,9 @@ import math
 import sys
 
 from flag_sim.cloth import Diverged
+from flag_sim.cloth.model import Model
 from flag_sim.cloth.solvers import SOLVERS
+from flag_sim.cloth.stability import damping_bound, frequency_bound
 from flag_sim.study import choice, error, summary
 from flag_sim.study.reference import FINEST, nested, on_grid, Reference, WINDOW
 from flag_sim.study.settings import changed, cloth_of, hang_of, look_of
@@ -32,6 +34,8 @@ GUSTS = 0.3
 """Least gust.intensity: in a steady wind all windows would be much alike."""
 LASTING = 4.0
 """Length of the run that tells how far a sheet is stretched [s]; its second half counts."""
+MOST_STEPS = 20000
+"""Steps that the reference may take in a frame, some ten seconds."""
 DEARER = 2.0
 """How much dearer a candidate may be, by its work, than the cheapest good one to be tried."""
 WRITTEN = ('grid.columns', 'grid.rows', 'damping', 'solver', 'substeps', 'substeps_limit',
@@ -51,10 +55,22 @@ def methods(settings):
     return found
 
 
-def require_sight(settings):
-    """Raise ValueError for settings that make no scene, or whose camera does not see the flag."""
+def require(settings):
+    """
+    Raise ValueError for settings that make no scene, or that cannot be tuned.
+
+    Their camera must see the flag, and the reference must not take hours.
+    """
     at_rest = cloth_of(settings).positions
     error.pixel_distances(at_rest, at_rest, look_of(settings).camera)
+    fine = cloth_of(on_grid(settings, *FINEST))
+    model = Model(fine.mesh, fine.material)
+    steps = 1.0 / (settings['rate'] * SOLVERS['symplectic'].largest_step(
+        frequency_bound(model), damping_bound(model)))
+    if steps > MOST_STEPS:
+        raise ValueError(
+            f'the reference, on {FINEST[1]} x {FINEST[0]} nodes, may take at most {MOST_STEPS} '
+            f'steps a frame, and this sheet needs {steps:.0f}: lower its stiffness or damping')
 
 
 class Search:

@@ -23,7 +23,7 @@ import sys
 
 from flag_sim.study import error, machine, params, report
 from flag_sim.study.reference import WINDOW
-from flag_sim.study.search import require_sight, Search
+from flag_sim.study.search import require, Search
 from flag_sim.study.settings import defaults
 from flag_sim.study.store import Store
 
@@ -61,7 +61,7 @@ def main(args=None):
             print(f'not looked at: {", ".join(others)}', file=sys.stderr)
         if options.rate > MOST_HZ:
             raise ValueError(f'rate must be at most {MOST_HZ:g} Hz, not {options.rate:g}')
-        require_sight(settings)
+        require({**settings, 'rate': options.rate})
         work = output.with_name(f'{output.name}.unfinished')
         asked = hashlib.sha256(repr(sorted(settings.items())).encode()).hexdigest()
         store = Store(work, {**machine.identity(), 'rate': options.rate,
