@@ -1,14 +1,15 @@
 # Everything happens in .venv, which is made once, and again whenever setup.py changes.
 PYTHON ?= python3
 SHOT ?= gust
+MINUTES ?= 5
 
 # Where a ROS installation is sourced, its rclpy is on PYTHONPATH (-S hides all other packages)
 # and is used, together with the system's numpy, which it was built for. Everywhere else ROS
 # comes as wheels from PyPI. The stamp tells the two apart: sourcing ROS later makes .venv anew.
 ROS := $(shell $(PYTHON) -S -c 'from importlib.util import find_spec as f; \
 	print("sourced" if f("rclpy") else "wheels")' 2>/dev/null)
-EXTRAS_wheels = ros,record,pictures,test
-EXTRAS_sourced = record,pictures,test
+EXTRAS_wheels = ros,record,pictures,study,test
+EXTRAS_sourced = record,pictures,study,test
 VENV_sourced = --system-site-packages
 READY = .venv/ready-$(ROS)
 
@@ -19,6 +20,7 @@ help:
 	@echo 'make bench  measure frames per second and the work on many keys, into out/bench*.json'
 	@echo 'make bench-cloth    move the cloth beside other programs, into out/bench-cloth.json'
 	@echo 'make bench-drawing  draw frames beside other programs, into out/bench-drawing.json'
+	@echo 'make study  measure what accuracy costs here, in MINUTES=$(MINUTES), into out/study/report.md'
 	@echo 'make clean  remove .venv, out and all that was built'
 
 # Nothing of a demo or a test leaves this machine.
@@ -36,6 +38,9 @@ soak: $(READY)
 bench: $(READY)
 	@.venv/bin/python test/benchmark/pipeline.py
 	@.venv/bin/python test/benchmark/animation.py
+
+study: $(READY)
+	@.venv/bin/python -m flag_sim.study --minutes '$(MINUTES)'
 
 # The peers have an environment of their own; one that cannot be installed is named by the table.
 PEERS = moderngl panda3d opencv-python-headless taichi newton mujoco
@@ -64,4 +69,4 @@ $(READY): setup.py pyproject.toml
 	|| { echo 'rclpy cannot be imported; a sourced ROS needs its own Python: make PYTHON=/usr/bin/python3' >&2; exit 1; }
 	@touch '$@'
 
-.PHONY: help demo test soak bench bench-cloth bench-drawing clean
+.PHONY: help demo test soak bench bench-cloth bench-drawing study clean

@@ -19,7 +19,11 @@ import os
 from setuptools import Distribution, find_packages, setup
 
 NAME = 'flag_sim'
-EXECUTABLES = ('physics', 'player', 'recorder', 'renderer', 'wind')
+EXECUTABLES = {
+    **{node: f'nodes.{node}' for node in ('physics', 'player', 'recorder', 'renderer', 'wind')},
+    'study': 'study.__main__',
+    'tune': 'study.tune',
+}
 
 # `ros2 run` looks in lib/flag_sim. setup.cfg sends colcon's executables there, but pip always
 # makes them in bin/: this script, installed in lib/flag_sim under each name, passes on to them.
@@ -61,7 +65,8 @@ setup(
     ],
     cmdclass={'install_data': InstallData},
     entry_points={
-        'console_scripts': [f'{name} = {NAME}.nodes.{name}:main' for name in EXECUTABLES],
+        'console_scripts': [f'{name} = {NAME}.{module}:main'
+                            for name, module in EXECUTABLES.items()],
     },
     zip_safe=False,  # the compiled kernels are cached beside their modules
     # The ranges hold what was tried together; numba 0.61 is the first for all four Pythons,
@@ -88,6 +93,7 @@ setup(
         ],
         'record': ['rosbags>=0.11,<0.12'],
         'pictures': ['pillow>=10.2,<14', 'tqdm>=4.66,<5'],
+        'study': ['matplotlib>=3.6,<4', 'pyyaml>=6,<7'],
         # The linters are ROS's own, with the plugins that their package.xml files ask for.
         'test': [
             'pytest>=7.4,<10',

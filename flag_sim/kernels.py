@@ -73,11 +73,11 @@ class _WideCompiler(_NoAliasCompiler):
 
 
 @functools.lru_cache
-def _fingerprint():
+def fingerprint():
     """Return a hash of every module that can hold a kernel."""
     digest = hashlib.sha256()
     for path in sorted(PACKAGE.rglob('*.py')):
-        if 'nodes' not in path.relative_to(PACKAGE).parts:
+        if path.relative_to(PACKAGE).parts[0] not in ('nodes', 'study'):
             digest.update(path.read_bytes())
     return digest.hexdigest()
 
@@ -103,7 +103,7 @@ class _Locator:
         tempfile.TemporaryFile(dir=self._folder).close()  # raises OSError if it may not be written
 
     def get_source_stamp(self):
-        return _fingerprint()
+        return fingerprint()
 
     def get_disambiguator(self):
         return str(self._function.__code__.co_firstlineno)

@@ -30,6 +30,7 @@ ROOT = Path(__file__).resolve().parents[1]
 # the name that pip knows them by. A ROS package is called by one name everywhere.
 LIBRARIES = {
     'PIL': ('python3-pil', 'pillow'),
+    'matplotlib': ('python3-matplotlib', 'matplotlib'),
     'numba': ('python3-numba', 'numba'),
     'numpy': ('python3-numpy', 'numpy'),
     'rosbags': ('python3-rosbags-pip', 'rosbags'),
@@ -95,16 +96,17 @@ def test_import_is_declared(name, package, setup):
     in_rosdep, in_pip = LIBRARIES.get(name, (name, 'ros-kilted-' + name.replace('_', '-')))
     assert in_rosdep in [depend.name for depend in package.exec_depends]
     requirements = list(setup['install_requires'])
-    for extra in ('ros', 'record', 'pictures'):
+    for extra in ('ros', 'record', 'pictures', 'study'):
         requirements += setup['extras_require'][extra]
     assert in_pip in [re.match(r'[\w-]+', requirement)[0] for requirement in requirements]
 
 
 def test_every_executable_is_a_module(setup):
     for command in setup['entry_points']['console_scripts']:
-        module = re.fullmatch(r'(\w+) = flag_sim\.nodes\.\1:main', command)
+        module = re.fullmatch(r'(\w+) = flag_sim\.(nodes\.\1|study\.(\1|__main__)):main',
+                              command)
         assert module, command
-        assert (ROOT / 'flag_sim' / 'nodes' / f'{module[1]}.py').is_file()
+        assert (ROOT / 'flag_sim' / f'{module[2].replace(".", "/")}.py').is_file()
 
 
 def test_every_config_is_installed(setup):

@@ -1,0 +1,64 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Measure what accuracy costs on this machine, and write a report with plots and tables."""
+import argparse
+import math
+from pathlib import Path
+import sys
+
+from flag_sim.study import budget, machine, report
+from flag_sim.study.parts import PARTS
+from flag_sim.study.store import Store
+
+FORMAT = 1
+"""Of the rows: raised when their columns or their meaning change."""
+
+
+def minutes(text):
+    """Return an argument as minutes; raises ArgumentTypeError unless they are above zero."""
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not 0.0 < number < math.inf:
+        raise argparse.ArgumentTypeError(f'must be a number above 0, not {text}')
+    return number
+
+
+def main(args=None):
+    """Run the study; return the exit status."""
+    parser = argparse.ArgumentParser(prog='study', description=__doc__)
+    parser.add_argument('--minutes', type=minutes, default=5.0, help='time to measure (5)')
+    parser.add_argument('--output', type=Path, default=Path('out/study'),
+                        help='folder of what is made; one that was interrupted is gone on with')
+    options = parser.parse_args(args)
+    load = machine.load()
+    try:
+        store = Store(options.output, {'format': FORMAT, **machine.identity()})
+    except ValueError as error:
+        parser.error(str(error))
+    try:
+        for part, own in budget.share(60.0 * options.minutes,
+                                      [(part, part.NAME, part.SHARE) for part in PARTS]):
+            part.run(store, own)
+    except KeyboardInterrupt:
+        print('\ninterrupted; the same command goes on from here', file=sys.stderr)
+        return 130
+    print(report.write(store, PARTS, options.minutes, load))
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,164 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Part: the dials together: the whole pipeline's cost against its error, and the frontier."""
+import itertools
+import math
+
+from flag_sim.cloth.solvers import SOLVERS
+from flag_sim.study import plots as drawing, report, scene, summary, sweep
+from flag_sim.study.reference import WINDOW
+
+NAME = 'frontier'
+SHARE = 2.0
+TURNS = 5
+COLUMNS = (7, 13, 16, 25, 31, 61, 121)
+PICTURES = {'4 samples': {'samples': 4}, '320 x 240': {'width': 320, 'height': 240}}
+"""Other pictures than the default's; they are tried with symplectic steps."""
+
+
+def methods():
+    """Return {name: changes}: the ways to take the steps of a frame."""
+    single = {'symplectic float32': {'precision': 'float32'}} if 'precision' in scene.BASE else {}
+    return {
+        **{name: {'solver': name} for name in SOLVERS if name not in ('rk4', 'xpbd', 'euler')},
+        **single,
+        **{f'xpbd {count} steps': {'solver': 'xpbd', 'substeps': count, 'substeps_limit': count}
+           for count in (5, 20, 80)},
+        'softened': {'substeps_limit': None},
+    }
+
+
+def settings():
+    """Return {name: settings} of combinations of grid, method and picture."""
+    found = {}
+    for columns, (name, changes) in itertools.product(COLUMNS, methods().items()):
+        changes = dict(changes)
+        if name == 'softened':
+            # Half of what symplectic asks for at its safety: a quarter of the stiffness.
+            changes['substeps_limit'] = max(1, round(1.1 * columns))
+        found[f'{columns} {name}'] = scene.with_grid(columns, **changes)
+    return found | {f'{columns} symplectic, {name}': scene.with_grid(columns, **changes)
+                    for columns, (name, changes) in itertools.product(COLUMNS, PICTURES.items())}
+
+
+def run(store, budget):
+    """Run every combination through the windows, again and again."""
+    sweep.run(store, budget, NAME, settings(), _row, list(range(sweep.FIRST)) * TURNS)
+
+
+def _row(own, settings, window):
+    row, positions = own.motion(settings, window)
+    return {**row, **own.picture(settings, positions, window, with_ssim=False)}
+
+
+def summarised(rows):
+    """
+    Return the numbers of every combination.
+
+    Errors are those of the windows that every study has, so that they do not depend on its
+    length; more turns take more times.
+    """
+    return sweep.summarised(rows, sweep.FIRST)
+
+
+def points(rows, column='rms_px'):
+    """Return ([name], [(cost [ms], column)]) of what did not diverge."""
+    found = {name: (one['cost_ms'][1], one[column])
+             for name, one in summarised(rows).items()
+             if one['cost_ms'] and math.isfinite(one['rms_px'])}
+    return list(found), list(found.values())
+
+
+def best(rows, column='rms_px'):
+    """
+    Return the names on the frontier of cost and a column, by their cost.
+
+    PSNR counts as the root mean square of the colours' errors that it stands for. Error in pixels
+    of another picture would be in other pixels: only motions are compared by it.
+    """
+    names, at = points(rows, column)
+    if column == 'psnr_db':
+        at = [(cost, 10.0**(-value / 20.0)) for cost, value in at]
+    else:
+        names, at = zip(*((name, point) for name, point in zip(names, at) if ',' not in name))
+    return [names[index] for index in summary.frontier(at)]
+
+
+def section(rows):
+    """Return the frontier as a table."""
+    found = summarised(rows)
+    own = sweep.own_of(rows)
+
+    def table(column):
+        return report.table(
+            ['settings', 'ms a frame', 'quartiles', 'RMS px', 'worst px', 'PSNR dB', ''],
+            [[name, one['cost_ms'][1], f'{one["cost_ms"][0]:.3g} to {one["cost_ms"][2]:.3g}',
+              one['rms_px'], one['worst_px'], one['psnr_db'],
+              '' if one['rms_px'] >= 10.0 * own else 'below rank']
+             for name in best(rows, column) for one in [found[name]]], 'lrlrrrl')
+    return f"""## The frontier
+
+{len(found)} combinations of grid (its columns), method and picture; the cost is that of
+physics and drawing of one frame, one after the other, without messages. On the frontier are those
+that no other beats in both cost and error after {1e3 * WINDOW:.0f} ms, and that lower the error
+by a tenth or more. {sweep.noise(rows)}
+
+{table('rms_px')}
+
+'softened' is symplectic with `substeps_limit` at half the steps that it asks for or less, which
+lowers the stiffness to a quarter or less.
+
+The same for the picture as a whole (PSNR against the reference's picture), other pictures
+included:
+
+{table('psnr_db')}
+"""
+
+
+def plots(rows, folder):
+    """Draw all combinations and the frontier, for pixels and for the picture."""
+    with drawing.figure(folder / 'frontier.png', columns=2, size=(7.0, 5.2)) as (_, axes):
+        for axis, column, label in (
+                (axes[0], 'rms_px', f'RMS error after {1e3 * WINDOW:.0f} ms [px]'),
+                (axes[1], 'psnr_db', 'PSNR of the picture [dB]')):
+            names, at = points(rows, column)
+            for kind in (*methods(), *(f'symplectic, {name}' for name in PICTURES)):
+                some = sorted(point for name, point in zip(names, at)
+                              if name.split(' ', 1)[1] == kind)
+                if some and (axis is axes[1] or ',' not in kind):
+                    axis.plot(*zip(*some), label=kind, **_look(kind))
+            edge = [at[names.index(name)] for name in best(rows, column)]
+            axis.plot(*zip(*edge), color='C3', lw=7, alpha=0.25,
+                      label='frontier')
+            axis.set(xscale='log', xlabel='time of a frame, physics and drawing [ms]',
+                     ylabel=label)
+        axes[0].set_yscale('log')
+        axes[0].axhline(sweep.own_of(rows), color='0.6', ls=':', label="reference's own error")
+        axes[1].legend(fontsize='small')
+        drawing.plain(*axes)
+    return [('frontier.png', 'The whole pipeline: cost of a frame against what is wrong in it, '
+                             'in pixels (left, less is better) and as a picture (right, more is '
+                             'better). Along each line the grid grows from 7 to 121 columns.')]
+
+
+def _look(kind):
+    look = drawing.style(kind.split()[0].strip(','))
+    if ' steps' in kind:
+        look['alpha'] = {'5': 0.4, '20': 0.7}.get(kind.split()[1], 1.0)
+    if 'float32' in kind:
+        look.update(ls='-.', mfc='none')
+    if ',' in kind:
+        look.update(alpha=0.5, ls=':')
+    return look

@@ -1,0 +1,102 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Params files of the nodes: read for what a study depends on, and written."""
+import os
+from pathlib import Path
+import tempfile
+
+from flag_sim.study.settings import changed, DEFAULTS, defaults
+
+OWN = {('renderer', 'threads'): 'drawing.threads'}
+"""Dials that have another name in settings, because two nodes have one of their name."""
+
+
+def read(path):
+    """
+    Return the settings that a params file gives the nodes, and the names that it does not know.
+
+    Raises ValueError for what is no params file.
+    """
+    import yaml
+    try:
+        content = yaml.safe_load(Path(path).expanduser().read_text())
+    except OSError as error:
+        raise ValueError(f'{path} cannot be read: {error.strerror}') from None
+    except (yaml.YAMLError, UnicodeDecodeError):
+        raise ValueError(f'{path} is not YAML') from None
+    if not isinstance(content, dict):
+        raise ValueError(f'{path} is not a params file')
+    changes, others = {}, []
+    for place, block in content.items():
+        if not isinstance(block, dict) or not isinstance(block.get('ros__parameters'), dict):
+            raise ValueError(f'{path} is not a params file: {place} has no ros__parameters')
+        node = str(place).rpartition('/')[2]
+        for name, value in _flat(block['ros__parameters']):
+            name = OWN.get((node, name), name)
+            nodes = DEFAULTS if node == '**' else {node: DEFAULTS.get(node, {})}
+            if any(name in dials for dials in nodes.values()):
+                changes[name] = value
+            else:
+                others.append(f'{node}.{name}')
+    return changed(defaults(), changes), others
+
+
+def _flat(block, prefix=''):
+    """Yield (dotted name, value) of a block that may be nested."""
+    for name, value in block.items():
+        if isinstance(value, dict):
+            yield from _flat(value, f'{prefix}{name}.')
+        else:
+            yield prefix + str(name), value
+
+
+def check_new(path):
+    """Return `path`; raise ValueError unless a new file can be written there."""
+    path = Path(path).expanduser()
+    folder = path.resolve().parent
+    if path.exists():
+        raise ValueError(f'output {path} exists; it is not overwritten')
+    if not folder.is_dir():
+        raise ValueError(f'output: there is no folder {folder}')
+    if not os.access(folder, os.W_OK):
+        raise ValueError(f'output: the folder {folder} cannot be written')
+    return path
+
+
+def write(path, comment, blocks):
+    """
+    Write {node: {name: value}} as a params file with a comment, whole or not at all.
+
+    comment: lines. Raises FileExistsError if the file exists.
+    """
+    lines = [f'# {line}'.rstrip() for line in comment]
+    for node, values in blocks.items():
+        lines += [f'/{node}:', '  ros__parameters:']
+        lines += [f'    {name}: {_text(value)}' for name, value in values.items()]
+    handle, beside = tempfile.mkstemp(dir=path.parent, prefix=f'.{path.name}-')
+    try:
+        with os.fdopen(handle, 'w') as file:
+            file.write('\n'.join(lines) + '\n')
+        os.chmod(beside, 0o644)
+        os.link(beside, path)
+    finally:
+        os.unlink(beside)
+
+
+def _text(value):
+    """Return a value as YAML that ROS reads as its type: a float always with its point."""
+    if isinstance(value, float):
+        return f'{value:.6f}'.rstrip('0') + ('0' if value == int(value) else '')
+    return str(value)

@@ -1,0 +1,160 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+References: the same sheet on a fine grid, and its own states all along a shot.
+
+The motion is chaotic, so that two simulations, however exact, part within a second. They are
+therefore compared as forecasts are: over short windows, each of which starts from a state of the
+reference. The grids are nested: each node of a coarser one is a node of the finest, whose state
+it takes as it is.
+
+The shot goes on the middle grid, every second node of the finest; the last LEAD seconds before a
+window are played on the finest itself, so that its own small wrinkles are there.
+"""
+from typing import NamedTuple
+
+from flag_sim.cloth.mesh import resample
+from flag_sim.study.settings import changed, cloth_of
+from flag_sim.study.shot import Shot
+import numpy as np
+
+FINEST = (161, 241)
+"""Rows and columns of the finest grid: eight times as fine as the default."""
+SPIN_UP = 1.0
+"""Until the first window: the flag, laid out flat, has then fallen into the wind [s]."""
+SPACING = 0.5
+"""From one window to the next [s]."""
+LEAD = 0.1
+"""On the finest grid before a window [s]."""
+WINDOW = 1.0 / 30.0
+"""Length of a window, in which errors are ranked [s]; see the report on why not longer."""
+
+
+class Window(NamedTuple):
+    """A state of the reference, and where it is after each of the following frames."""
+
+    frame: int              # number of the frame that it starts from
+    positions: np.ndarray   # (rows, columns, 3) [m]
+    velocities: np.ndarray  # (rows, columns, 3) [m/s]
+    ends: np.ndarray        # (frames, rows, columns, 3) [m]
+
+
+def nested(finest=FINEST):
+    """Return the grids (rows, columns) that are nested in the finest, from coarse to fine."""
+    rows, columns = finest[0] - 1, finest[1] - 1
+    return [(rows // every + 1, columns // every + 1) for every in range(columns // 2, 1, -1)
+            if rows % every == 0 and columns % every == 0 and rows // every >= 2]
+
+
+def on_grid(settings, rows, columns):
+    """
+    Return settings for the same sheet on another grid.
+
+    The dial `damping` is a ratio to the critical damping of one spring, whose dashpot for a given
+    ratio is proportional to the spacing; so that the sheet keeps its dashpots, the ratio goes
+    with the number of intervals.
+    """
+    scale = (columns - 1) / (settings['grid.columns'] - 1)
+    return changed(settings, {'grid.rows': rows, 'grid.columns': columns,
+                              'damping': settings['damping'] * scale})
+
+
+class Reference:
+    """
+    The windows of a shot, made as they are asked for, in the order of their numbers.
+
+    settings: of the shot and of the sheet. frames: length of a window. folder: where finished
+    windows are kept from run to run, or None.
+    """
+
+    def __init__(self, settings, frames, folder=None, finest=FINEST):
+        self.settings = {**settings, 'solver': 'symplectic', 'substeps': 0, 'step_safety': 0.9,
+                         'substeps_limit': 10**6}
+        self.shot = Shot(settings)
+        self.frames = frames
+        self.finest = finest
+        self.folder = folder
+        self._windows = {}
+        self._middle = self._frame = None
+
+    def grid(self, rows, columns, **changes):
+        """Return the settings of the reference on a nested grid."""
+        return changed(on_grid(self.settings, rows, columns), changes)
+
+    def frame(self, number):
+        """Return the frame that a window starts from."""
+        return round((SPIN_UP + number * SPACING) / self.shot.dt)
+
+    def has(self, number):
+        """Tell whether a window is there already."""
+        return number in self._windows or bool(self.folder and self._path(number).exists())
+
+    def window(self, number):
+        """Return a window."""
+        if number not in self._windows:
+            path = self.folder and self._path(number)
+            if path and path.exists():
+                with np.load(path) as kept:
+                    self._windows[number] = Window(
+                        int(kept['frame']), *(kept[name].astype(np.float64)
+                                              for name in Window._fields[1:]))
+            else:
+                self._windows[number] = self._make(number)
+                if path:
+                    self._keep(path, self._windows[number])
+        return self._windows[number]
+
+    def start(self, window, settings):
+        """Return the Cloth of settings, on a nested grid, in the state of a window's start."""
+        cloth = cloth_of(settings)
+        every = (self.finest[1] - 1) // (settings['grid.columns'] - 1)
+        cloth.place(window.positions[::every, ::every], window.velocities[::every, ::every])
+        return cloth
+
+    def filled(self, positions):
+        """Return positions of a nested grid at all nodes of the finest, as triangles fill them."""
+        return resample(positions, *self.finest)
+
+    def _make(self, number):
+        frame, dt = self.frame(number), self.shot.dt
+        begin = frame - round(LEAD / dt)
+        rows, columns = (self.finest[0] + 1) // 2, (self.finest[1] + 1) // 2
+        if self._middle is None or self._frame > begin:
+            self._middle, self._frame = cloth_of(self.grid(rows, columns)), 0
+        self.shot.play(self._middle, self._frame, begin)
+        self._frame = begin
+        cloth = cloth_of(self.grid(*self.finest))
+        cloth.place(self.filled(self._middle.positions), self.filled(self._middle.velocities))
+        self.shot.play(cloth, begin, frame)
+        # In single precision, as on the disk, so that a window is the same when it is read again.
+        start = [np.float32(values).astype(np.float64)
+                 for values in (cloth.positions, cloth.velocities)]
+        cloth.place(*start)
+        ends = []
+        for after in range(frame, frame + self.frames):
+            self.shot.play(cloth, after, after + 1)
+            ends.append(np.float32(cloth.positions).astype(np.float64))
+        return Window(frame, *start, np.array(ends))
+
+    def _path(self, number):
+        return self.folder / f'window{number}.npz'
+
+    @staticmethod
+    def _keep(path, window):
+        path.parent.mkdir(exist_ok=True)
+        beside = path.with_name('unfinished.npz')
+        np.savez(beside, frame=window.frame, **{
+            name: np.float32(getattr(window, name)) for name in Window._fields[1:]})
+        beside.replace(path)

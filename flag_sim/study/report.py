@@ -1,0 +1,82 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The report: all parts from top to bottom, with the machine named."""
+import datetime
+
+from flag_sim.study import machine, plots
+
+BUSY = 0.5
+"""Load of others per core above which times are not to be trusted."""
+
+
+def write(store, parts, minutes, load):
+    """
+    Write report.md into the store's folder; return its path.
+
+    parts: modules (see parts); load: before the study began.
+    """
+    texts = [_head(minutes, load)]
+    for part in parts:
+        rows = store.rows(part.NAME)
+        if not rows:
+            texts.append(f'## {part.NAME}\n\nNot measured: the time did not suffice.')
+            continue
+        texts.append(part.section(rows).strip())
+        if plots.can_draw():
+            texts += [f'![{part.NAME}]({name})\n\n*{sentence}*'
+                      for name, sentence in part.plots(rows, store.folder)]
+        texts.append(f'All numbers: [{part.NAME}.csv]({part.NAME}.csv)')
+    path = store.folder / 'report.md'
+    path.write_text('\n\n'.join(texts) + '\n')
+    return path
+
+
+def table(head, rows, align=''):
+    """
+    Return a Markdown table.
+
+    head: names of the columns; rows: lists of numbers and texts, numbers to 3 significant digits;
+    align: 'l' or 'r' for each column, by default the first to the left and others to the right.
+    """
+    align = align or 'l' + 'r' * (len(head) - 1)
+    lines = [head, [':--' if one == 'l' else '--:' for one in align]]
+    lines += [[number(value) for value in row] for row in rows]
+    return '\n'.join('| ' + ' | '.join(line) + ' |' for line in lines)
+
+
+def number(value):
+    """Return a number to three significant digits as text; text as it is; None as a dash."""
+    if value is None:
+        return '–'
+    if isinstance(value, bool) or not isinstance(value, float):
+        return str(value)
+    if value != 0.0 and not 1e-3 <= abs(value) < 1e5:
+        return f'{value:.2e}'
+    return f'{value:.3g}' if abs(value) < 1000.0 else f'{value:.0f}'
+
+
+def _head(minutes, load):
+    """Return the title, the machine, and what to think of its times."""
+    today = datetime.datetime.now().astimezone().strftime('%Y-%m-%d %H:%M %Z')
+    lines = ['# What accuracy costs', '', table(['', ''], [
+        ['date', today], ['machine', f'{machine.processor()}, {machine.cores()} cores'],
+        ['with', machine.versions()], ['time given', f'{minutes:g} min'],
+        ['load before / after', f'{load:.2f} / {machine.load():.2f}']], 'll')]
+    if load > BUSY * machine.cores():
+        lines += ['', f'**This machine was busy with something else (load {load:.2f} before the '
+                      'study began): its times are longer than they need be.**']
+    if not plots.can_draw():
+        lines += ['', plots.MISSING]
+    return '\n'.join(lines)

@@ -1,0 +1,228 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The search for the cheapest settings: candidates from cheap to dear, each on all windows."""
+import math
+import sys
+
+from flag_sim.cloth import Diverged
+from flag_sim.cloth.model import Model
+from flag_sim.cloth.solvers import SOLVERS
+from flag_sim.cloth.stability import damping_bound, frequency_bound
+from flag_sim.study import choice, error, summary
+from flag_sim.study.reference import FINEST, nested, on_grid, Reference, WINDOW
+from flag_sim.study.settings import changed, cloth_of, hang_of, look_of
+from flag_sim.study.trial import Trials
+import numpy as np
+
+WINDOWS, CHECKS = 6, 6
+"""Windows of the shot to tune on, and of the shot to check on."""
+OTHER_SEED = 1000
+"""Added to gust.seed, for the shot to check on."""
+GUSTS = 0.3
+"""Least gust.intensity: in a steady wind all windows would be much alike."""
+LASTING = 4.0
+"""Length of the run that tells how far a sheet is stretched [s]; its second half counts."""
+MOST_STEPS = 20000
+"""Steps that the reference may take in a frame, some ten seconds."""
+DEARER = 2.0
+"""How much dearer a candidate may be, by its work, than the cheapest good one to be tried."""
+WRITTEN = ('grid.columns', 'grid.rows', 'damping', 'solver', 'substeps', 'substeps_limit',
+           'step_safety', 'precision')
+"""The dials that are chosen."""
+
+
+def methods(settings):
+    """Return {name: changes}: steps that keep the material as it is, and friction in it."""
+    found = {'symplectic': {'solver': 'symplectic', 'substeps': 0}}
+    if 'precision' in settings:
+        found['symplectic float32'] = {**found['symplectic'], 'precision': 'float32'}
+    for name in ('xpbd', 'implicit'):
+        if name in SOLVERS:
+            found |= {f'{name} {steps}': {'solver': name, 'substeps': steps,
+                                          'substeps_limit': steps} for steps in (2, 5, 10)}
+    return found
+
+
+def require(settings):
+    """
+    Raise ValueError for settings that make no scene, or that cannot be tuned.
+
+    Their camera must see the flag, and the reference must not take hours.
+    """
+    at_rest = cloth_of(settings).positions
+    error.pixel_distances(at_rest, at_rest, look_of(settings).camera)
+    fine = cloth_of(on_grid(settings, *FINEST))
+    model = Model(fine.mesh, fine.material)
+    steps = 1.0 / (settings['rate'] * SOLVERS['symplectic'].largest_step(
+        frequency_bound(model), damping_bound(model)))
+    if steps > MOST_STEPS:
+        raise ValueError(
+            f'the reference, on {FINEST[1]} x {FINEST[0]} nodes, may take at most {MOST_STEPS} '
+            f'steps a frame, and this sheet needs {steps:.0f}: lower its stiffness or damping')
+
+
+class Search:
+    """
+    Tries settings for one camera and one rate; what it has measured is kept in a Store.
+
+    settings: of the user's scene, camera and sheet; rate: frames a second.
+    """
+
+    def __init__(self, settings, rate, store, out=None):
+        gusts = max(settings['gust.intensity'], GUSTS)
+        self.settings = changed(settings, {'rate': rate, 'gust.intensity': gusts})
+        self.store = store
+        self._out = out or sys.stderr
+        frames = max(1, round(WINDOW * rate))
+        self.window_s = frames / rate
+        self._trials = {}
+        for part, seed in (('tune', 0), ('check', OTHER_SEED)):
+            shot = changed(self.settings, {'gust.seed': self.settings['gust.seed'] + seed})
+            self._trials[part] = Trials(
+                Reference(shot, frames, store.folder / part, FINEST), shot, frames)
+        self._length = hang_of(self.settings)[1]
+        self.candidates = self._candidates(nested(FINEST))
+        self.limit_ms = 1e3 / rate
+
+    def _candidates(self, grids):
+        """Return {name: settings}, from cheap to dear by the work of a frame."""
+        found, works = {}, {}
+        for rows, columns in grids:
+            for method, changes in methods(self.settings).items():
+                name = f'{columns} x {rows}, {method}'
+                found[name] = changed(on_grid(self.settings, rows, columns), changes)
+                steps = cloth_of(found[name]).advance(1.0 / self.settings['rate']).granted
+                works[name] = rows * columns * steps * (1 if 'symplectic' in method else 4)
+        self._works = works
+        return {name: found[name] for name in sorted(found, key=works.get)}
+
+    def find(self, error_px):
+        """
+        Return the Verdict, and the errors [px] of what it takes in the shot to check on.
+
+        Settings that fail the check are put aside, and the next best are checked.
+        """
+        options = {option.name: option for option in self._options(error_px)}
+        while True:
+            verdict = choice.choose(list(options.values()), error_px, self.limit_ms)
+            name, bound = verdict.option.name, verdict.option.error_px
+            errors = _errors(self._rows('check', name, CHECKS))
+            worse = max(bound, error.rms(errors), self._lasting(name))
+            if worse == bound or not verdict.is_fast:
+                return verdict, errors
+            # As bad as it was found to be, it may still be the best there is.
+            options[name] = verdict.option._replace(error_px=worse)
+
+    def written(self, name):
+        """Return the params file's blocks {node: {dial: value}} for a candidate."""
+        settings = self.candidates[name]
+        return {'wind': {'rate': float(settings['rate'])},
+                'physics': {dial: settings[dial] for dial in WRITTEN if dial in settings}}
+
+    def _options(self, error_px):
+        """Return Options of the candidates that are worth trying."""
+        options, enough, misses = [], math.inf, 0
+        for name in self.candidates:
+            if self._works[name] > enough:
+                break
+            first = self._rows('tune', name, 1)
+            if self._cost(first) > 2.0 * self.limit_ms:
+                # Too slow; those that follow have more work, and two in a row settle it.
+                misses += 1
+                if misses == 2 and options:
+                    break
+                if options:
+                    continue
+            rows = first if self._hopeless(first, error_px) else self._rows(
+                'tune', name, WINDOWS)
+            errors = _errors(rows)
+            bound = (choice.predicted(errors, CHECKS) if len(rows) == WINDOWS
+                     else 2.0 * errors[0])
+            options.append(choice.Option(name, self._cost(rows), bound))
+            if bound <= error_px:
+                options[-1] = options[-1]._replace(error_px=max(bound, self._lasting(name)))
+            if options[-1].error_px <= error_px and options[-1].cost_ms <= self.limit_ms:
+                enough = min(enough, DEARER * self._works[name])
+        return options
+
+    def _lasting(self, name):
+        """
+        Return the error [px] that stays beyond the horizon because the sheet is stretched.
+
+        A limp sheet may keep near the reference for the length of a window and be longer by a
+        third in the end. A stretch e moves the point at distance s from the hoist by e s, over
+        the length L by e L / sqrt(3) (RMS), seen here from the camera's distance.
+        """
+        if not self.store.has('lasting', name):
+            own = self._trials['tune']
+            right = _stretch(own.reference.window(0).positions, self._length)
+            cloth, shot, found = cloth_of(self.candidates[name]), own.reference.shot, []
+            frames = round(LASTING * self.settings['rate'])
+            try:
+                for frame in range(1, frames + 1):
+                    cloth.advance(shot.dt, shot.wind(frame))
+                    if frame > frames // 2:
+                        found.append(_stretch(cloth.positions, self._length))
+                metres = abs(np.mean(found) - right) * self._length / math.sqrt(3.0)
+            except Diverged:
+                metres = math.inf
+            camera = own.camera
+            depth = camera.pose[2] @ np.append(cloth.positions.mean(axis=(0, 1)), 1.0)
+            self.store.add('lasting', {
+                'key': name, 'rms_px': float(metres * camera.pixels_per_metre(depth))})
+        (row,) = [row for row in self.store.rows('lasting') if row['key'] == name]
+        return row['rms_px']
+
+    @staticmethod
+    def _hopeless(first, error_px):
+        """Tell whether one window is enough to know that settings are too inaccurate."""
+        return first[0]['rms_px'] is None or first[0]['rms_px'] > 3.0 * error_px
+
+    @staticmethod
+    def _cost(rows):
+        """Return the median cost of a frame [ms], inf if all diverged."""
+        found = summary.quartiles(rows, 'physics_ms', 'drawing_ms')
+        return math.inf if found is None else found[1]
+
+    def _rows(self, part, name, count):
+        """Return the rows of a candidate in the first windows of a shot; measure what is new."""
+        own = self._trials[part]
+        for number in range(count):
+            key = f'{name}@{number}'
+            if not self.store.has(part, key):
+                if not own.reference.has(number):
+                    self._say(f'{part}: reference {number + 1} of {WINDOWS}')
+                window = own.reference.window(number)
+                row, positions = own.motion(self.candidates[name], window)
+                row |= own.picture(self.candidates[name], positions, window, with_ssim=False)
+                self.store.add(part, {'key': key, 'setting': name, **row})
+                if number == 0:
+                    self._say(f'{part}: {name}')
+        wanted = [f'{name}@{number}' for number in range(count)]
+        return [row for row in self.store.rows(part) if row['key'] in wanted]
+
+    def _say(self, text):
+        print(text, file=self._out, flush=True)
+
+
+def _errors(rows):
+    """Return the errors [px] of rows, inf where a run diverged."""
+    return [math.inf if row['rms_px'] is None else row['rms_px'] for row in rows]
+
+
+def _stretch(positions, length):
+    """Return the mean strain along the rows of positions (rows, columns, 3) [m]."""
+    return float(error.distances(positions[:, 1:], positions[:, :-1]).sum(axis=1).mean()
+                 / length - 1.0)

@@ -1,0 +1,88 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""From the rows of many windows to one line: errors by their mean square, times by the median."""
+import math
+
+from flag_sim.study import error
+import numpy as np
+
+WORTH = 0.1
+
+
+def grouped(rows, *columns):
+    """Return {value or tuple of values of some columns: rows}, in the order of the rows."""
+    groups = {}
+    for row in rows:
+        key = tuple(row[column] for column in columns)
+        groups.setdefault(key if len(columns) > 1 else key[0], []).append(row)
+    return groups
+
+
+def total(rows, column):
+    """Return the root of the mean square of a column; inf where a run diverged."""
+    values = [row[column] for row in rows]
+    return math.inf if None in values else error.rms(values)
+
+
+def worst(rows, column):
+    """Return the greatest value of a column; inf where a run diverged."""
+    return max(math.inf if row[column] is None else row[column] for row in rows)
+
+
+def mean(rows, column):
+    """Return the mean of a column over the runs that did not diverge; None if all did."""
+    values = [row[column] for row in rows if row[column] is not None]
+    return sum(values) / len(values) if values else None
+
+
+def quartiles(rows, *columns):
+    """Return (lower quartile, median, upper quartile) of the sum of some columns, None if none."""
+    values = [sum(row[column] for column in columns) for row in rows
+              if None not in [row[column] for column in columns]]
+    return tuple(float(q) for q in np.percentile(values, (25, 50, 75))) if values else None
+
+
+def milliseconds(rows, *columns):
+    """Return a median and its spread in words: '1.2 (1.1 to 1.4)'."""
+    found = quartiles(rows, *columns)
+    return '–' if found is None else f'{found[1]:.3g} ({found[0]:.3g} to {found[2]:.3g})'
+
+
+def whole(rows, *columns):
+    """
+    Return the rows of the turns in which every setting was run, as the table was left.
+
+    columns: that name a setting. An interruption or the end of the time leaves the last turn
+    with some settings only, which would otherwise be judged by other turns than the rest.
+    """
+    settings = set(grouped(rows, *columns))
+    full = [turn for turn, some in grouped(rows, 'turn').items()
+            if set(grouped(some, *columns)) == settings]
+    return [row for row in rows if row['turn'] in full] if full else rows
+
+
+def frontier(points):
+    """
+    Return the indices of points (cost, error) that no other beats in both, by their cost.
+
+    A dearer point must lower the error by at least the part WORTH of it: less is not worth a
+    place, and chance would decide who has it.
+    """
+    best, found = math.inf, []
+    for index in sorted(range(len(points)), key=lambda i: points[i]):
+        if points[index][1] < best:
+            best = (1.0 - WORTH) * points[index][1]
+            found.append(index)
+    return found

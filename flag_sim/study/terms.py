@@ -1,0 +1,129 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The terms of the model and of the light, and what it is to switch each of them off."""
+from typing import NamedTuple
+
+from flag_sim.cloth import Air
+from flag_sim.study.reference import on_grid
+from flag_sim.study.settings import changed, defaults, hang_of
+
+
+class Term(NamedTuple):
+    """
+    A term: the dials that it has when it is on, and those that switch it off.
+
+    shots: names of SHOTS that it may matter in. why: it is on, or off, by default. nudge: first
+    displacement [m] of the run without the term, for the control.
+    """
+
+    name: str
+    on: dict
+    off: dict
+    shots: tuple
+    why: str
+    nudge: float = 0.0
+
+
+SHOTS = {
+    'fresh': {},
+    'calm': {'speed': 2.0, 'gust.intensity': 0.3},
+    'storm': {'speed': 18.0, 'gust.intensity': 0.25, 'gust.length': 8.0},
+    'behind': {'speed': 8.0, 'azimuth': 3.0, 'camera.target': [0.0, 0.0, 7.85],
+               'camera.distance': 7.0},
+    'whole pole': {'camera.target': [0.5, 0.0, 4.7], 'camera.distance': 18.0},
+    'close-up': {'camera.target': [1.1, 0.0, 8.2], 'camera.distance': 1.5},
+    'against the sun': {'sun.azimuth': 1.2, 'sun.elevation': 0.4},
+}
+"""Changes to the default settings: other winds, other views and another sun."""
+
+WINDS = ('fresh', 'calm')
+
+
+def pressure_matched():
+    """
+    Return the wind [m/s] in which the seed's law presses as hard as the default one.
+
+    On a face at rest, square to the wind: n (n . w), newtons for metres per second, against
+    rho C_d / 2 A w^2.
+    """
+    settings, air = defaults(), Air()
+    _, length, width = hang_of(settings)
+    area = 0.5 * (length / (settings['grid.columns'] - 1)) * (width / (settings['grid.rows'] - 1))
+    return 0.5 * air.density * air.drag_coefficient * area * settings['speed']**2
+
+
+def finer():
+    """Return the dials of the same sheet on a grid twice as fine."""
+    settings = defaults()
+    fine = on_grid(settings, *(2 * settings[name] - 1 for name in ('grid.rows', 'grid.columns')))
+    return {name: value for name, value in fine.items() if value != settings[name]}
+
+
+CONTROL = 'nothing'
+"""The name of the control: what is left where only the last digits differ."""
+
+TERMS = (
+    Term(CONTROL, {}, {}, WINDS, 'the control: its second run begins a nanometre aside',
+         nudge=1e-9),
+    Term('gravity', {}, {'gravity': 0.0}, WINDS,
+         'on: without it the flag does not hang'),
+    Term('wind', {}, {'air.density': 0.0}, WINDS,
+         'on: it is what a flag is for'),
+    Term('relative wind', {}, {'air.law': 'seed', 'speed': pressure_matched()}, ('fresh',),
+         'on: nothing else slows the cloth, which a wind that ignores its velocity shakes'),
+    Term('square of the wind', {}, {'air.law': 'linear'}, ('fresh', 'storm'),
+         'on: of the same cost, and a storm would else be a breeze'),
+    Term('shear', {}, {'shear_stiffness': 0.0}, WINDS,
+         'on: without it the sheet folds up along its diagonals'),
+    Term('bending', {}, {'bend_stiffness': 0.0}, WINDS,
+         'on: else the finest wave of the grid decides on the folds'),
+    Term('damping', {}, {'damping': 0.0}, WINDS,
+         'on: stills the finest stretch waves, which nothing else does'),
+    Term('node damping', {'node_damping': 0.5}, {}, WINDS,
+         'off: the air does it already'),
+    Term('gusts', {'gust.intensity': 0.25}, {}, ('fresh',),
+         'off: a matter of the weather, not of accuracy'),
+    Term('pole collision', {'pole_collision': True}, {}, ('fresh', 'behind'),
+         'off: needed only where the wind turns to the other side of the pole'),
+    Term('sun', {}, {'sun.intensity': 0.0}, ('fresh',),
+         'on: shows the folds'),
+    Term('ambient', {}, {'ambient': 0.0}, ('fresh',),
+         'on: else the side away from the sun is black'),
+    Term('Gouraud', {}, {'shading': 'flat'}, ('fresh',),
+         'on: else the triangles show'),
+    Term('specular', {'flag.specular': 0.3}, {}, ('fresh',),
+         'off: flag cloth is dull'),
+    Term('transmission', {'flag.transmission': 0.4}, {}, ('fresh', 'against the sun'),
+         'off: seen only against the sun'),
+    Term('pole', {}, {'pole.visible': False}, ('fresh', 'whole pole'),
+         'on: the flag hangs from it'),
+    Term('platform', {}, {'platform.visible': False}, ('fresh', 'whole pole'),
+         'on: costs nothing where the camera does not see it'),
+    Term('perspective-correct light', {'interpolation': 'perspective'}, {}, ('fresh', 'close-up'),
+         'off: below what an eye sees on the default grid'),
+    Term('4 samples', {'samples': 4}, {}, ('fresh',),
+         'off: smooth edges, dearer than all other light'),
+    Term('Z-buffer', {}, {'hidden_surface': 'painter'}, WINDS,
+         'on: never wrong'),
+    Term('finer grid', finer(), {}, WINDS,
+         'off: costs the most of all'),
+)
+"""In the order in which they are measured."""
+
+
+def settings_of(term, scene):
+    """Return the settings with a term and without it in a scene {dial: value}."""
+    base = changed(defaults(), scene)
+    return changed(base, term.on), changed(base, term.off)

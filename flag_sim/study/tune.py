@@ -1,0 +1,118 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Find the cheapest settings that keep within an error in pixels, and write a params file."""
+import argparse
+import datetime
+import hashlib
+import math
+from pathlib import Path
+import shutil
+import sys
+
+from flag_sim.study import error, machine, params, report
+from flag_sim.study.reference import WINDOW
+from flag_sim.study.search import require, Search
+from flag_sim.study.settings import defaults
+from flag_sim.study.store import Store
+
+MOST_HZ = 1000.0
+"""Greatest rate that the wind node takes."""
+
+
+def positive(text):
+    """Return an argument as a number; raises ArgumentTypeError unless it is above zero."""
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not 0.0 < number < math.inf:
+        raise argparse.ArgumentTypeError(f'must be a number above 0, not {text}')
+    return number
+
+
+def main(args=None):
+    """Tune; return 0, or 1 if the budget cannot be met on this machine."""
+    parser = argparse.ArgumentParser(prog='tune', description=__doc__)
+    parser.add_argument('--error-px', type=positive, required=True,
+                        help=f'RMS error after {1e3 * WINDOW:.0f} ms that is allowed [pixel]')
+    parser.add_argument('--rate', type=positive, default=30.0, help='frames a second (30)')
+    parser.add_argument('--output', type=Path, required=True, help='the new params file')
+    parser.add_argument('--params-file', type=Path,
+                        help='params file with your camera, image size, flag and wind')
+    options = parser.parse_args(args)
+    load = machine.load()
+    try:
+        output = params.check_new(options.output)
+        settings, others = params.read(options.params_file) if options.params_file else (
+            defaults(), [])
+        if others:
+            print(f'not looked at: {", ".join(others)}', file=sys.stderr)
+        if options.rate > MOST_HZ:
+            raise ValueError(f'rate must be at most {MOST_HZ:g} Hz, not {options.rate:g}')
+        require({**settings, 'rate': options.rate})
+        work = output.with_name(f'{output.name}.unfinished')
+        asked = hashlib.sha256(repr(sorted(settings.items())).encode()).hexdigest()
+        store = Store(work, {**machine.identity(), 'rate': options.rate,
+                             'settings': asked[:16]})
+        search = Search(settings, options.rate, store)
+        verdict, errors = search.find(options.error_px)
+        params.write(output, _promise(options, search, verdict, errors, load),
+                     search.written(verdict.option.name))
+    except (ValueError, FileExistsError) as problem:
+        parser.error(str(problem))
+    except KeyboardInterrupt:
+        print(f'\ninterrupted; the same command goes on from {work}', file=sys.stderr)
+        return 130
+    shutil.rmtree(work)
+    print(output.read_text(), end='')
+    return 0 if verdict.is_accurate and verdict.is_fast else 1
+
+
+def _promise(options, search, verdict, errors, load):
+    """Return the lines of the params file's comment: what it promises, and what it misses."""
+    own = search.settings
+    today = datetime.date.today().isoformat()
+    cost = verdict.option.cost_ms
+    lines = [
+        f'Made by `tune --error-px {options.error_px:g} --rate {options.rate:g}` on {today}',
+        f'on {machine.processor()}, {machine.cores()} cores'
+        + (f' (busy: load {load:.1f})' if load > report.BUSY * machine.cores() else '') + ',',
+        f'for a picture of {own["width"]} x {own["height"]} pixels and a camera at '
+        f'{own["camera.distance"]:g} m. Give it after your own params file.',
+        '',
+        f'Error: {error.rms(errors):.2g} px (RMS) after {1e3 * search.window_s:.0f} ms, in '
+        f'{len(errors)} windows of a shot that it',
+        f'was not tuned on, in wind of {own["speed"]:g} m/s with gusts of '
+        f'{own["gust.intensity"]:g}; {options.error_px:g} px are allowed'
+        + ('.' if verdict.is_accurate else ':'),
+    ]
+    expected = verdict.option.error_px
+    if not verdict.is_accurate:
+        lines.append(f'MISSED: other shots may reach {expected:.2g} px, '
+                     f'{expected - options.error_px:.2g} px too much; nothing that was tried is '
+                     'better at this rate.')
+    lines.append(f'Cost: {cost:.2g} ms a frame for physics and drawing, one after the other, '
+                 'without messages;')
+    lines.append(f'{search.limit_ms:.3g} ms are there at {options.rate:g} Hz'
+                 + ('.' if verdict.is_fast else f': MISSED by {cost - search.limit_ms:.2g} ms; '
+                    'nothing that was tried is faster.'))
+    if search.written(verdict.option.name)['physics']['damping'] != own['damping']:
+        lines.append('damping is a ratio for one spring: it goes with the grid, so that the sheet '
+                     'stays the same.')
+    return lines
+
+
+if __name__ == '__main__':
+    sys.exit(main())

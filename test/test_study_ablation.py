@@ -1,0 +1,166 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Terms that act change the picture, those that cannot change nothing, and rows resume."""
+import math
+
+from flag_sim.cloth import Air
+from flag_sim.cloth.model import Model
+from flag_sim.study import ablation, plots
+from flag_sim.study.budget import Budget
+from flag_sim.study.pairs import Pairs
+from flag_sim.study.settings import cloth_of, defaults
+from flag_sim.study.store import Store
+from flag_sim.study.terms import (
+    CONTROL, finer, pressure_matched, settings_of, SHOTS, Term, TERMS)
+import numpy as np
+import pytest
+from test_cloth_forces import forces
+
+SMALL = {'grid.rows': 6, 'grid.columns': 10, 'width': 160, 'height': 120}
+BY_NAME = {term.name: term for term in TERMS}
+TIMES = {f'{word}_{which}' for word in ('ms', 'spread_ms') for which in ('with', 'without')}
+
+
+def measured(name, shot='fresh', **others):
+    """Measure a term of a small flag in a small picture."""
+    return ablation.measure(BY_NAME[name], {**SHOTS[shot], **SMALL, **others})
+
+
+@pytest.mark.parametrize('term', TERMS, ids=lambda term: term.name)
+def test_one_of_on_and_off_is_the_default_and_the_reason_says_which(term):
+    """And the dials of the other one exist, and are other than the default."""
+    changes = {**term.on, **term.off}
+    assert not (term.on and term.off)
+    assert bool(changes) == (term.name != CONTROL)
+    for name, value in changes.items():
+        assert defaults()[name] != value
+    if changes:
+        assert term.why.startswith('off: ' if term.on else 'on: ')
+    for shot in term.shots:
+        settings_of(term, SHOTS[shot])  # raises for an unknown dial
+
+
+def test_without_gravity_the_flag_does_not_sink():
+    """Half a meter in 0.3 s of free fall would be 80 pixels here; the wind bears part of it."""
+    row = measured('gravity', 'calm')
+    assert 1.0 < row['px_rms'] < row['px_worst'] < 80.0
+    assert row['shape_px'] > 10.0
+    assert row['changed'] > 0.02 and row['levels'] > 1.0 and row['psnr_db'] < 30.0
+
+
+def test_the_control_changes_nothing_until_chaos_does():
+    """A nanometre is 1e-7 of a pixel here, and grows at most a few thousand times in a window."""
+    row = measured(CONTROL)
+    assert 0.0 < row['px_worst'] < 1e-3
+    assert row['changed'] < 1e-3
+    assert row['shape_px'] > 1000.0 * row['px_rms']
+
+
+def test_the_pole_collision_acts_where_the_cloth_meets_the_pole_alone():
+    """In the default wind no node comes near it: not a bit differs."""
+    close = {'grid.columns': 31}  # nodes farther apart than the pole is thick may miss it
+    away = measured('pole collision', **close)
+    assert away['px_worst'] == away['shape_px'] == away['changed'] == 0.0
+    assert away['energy'] == 1.0 and away['psnr_db'] == math.inf
+    behind = measured('pole collision', 'behind', **close)
+    assert behind['px_rms'] > 0.1 and behind['changed'] > 0.001
+
+
+def test_what_is_out_of_the_picture_changes_none():
+    """The default camera does not see the platform; a term of the light moves no vertex."""
+    near, far = measured('platform'), measured('platform', 'whole pole')
+    assert near['changed'] == near['levels'] == 0.0 < far['changed']
+    assert near['px_rms'] is near['shape_px'] is near['energy'] is None
+
+
+def test_transmission_is_seen_against_the_sun():
+    """From the sun's side little of the back shows."""
+    front, back = measured('transmission'), measured('transmission', 'against the sun')
+    assert back['levels'] > 5.0 * front['levels']
+
+
+def test_all_but_times_is_the_same_again():
+    """Numbers are of the shot, not of the run."""
+    one, other = measured('damping'), measured('damping')
+    assert {name: value for name, value in one.items() if name not in TIMES} == {
+        name: value for name, value in other.items() if name not in TIMES}
+    assert all(one[name] > 0.0 for name in TIMES)
+
+
+def test_a_run_that_diverges_is_told_by_dashes():
+    """And neither ends the study nor lends its numbers to the others."""
+    storm = Term('storm', {}, {'solver': 'seed', 'area_density': 1e-6, 'stretch_limit': 1e6,
+                               'speed': 200.0, 'substeps_limit': 5}, ('fresh',), 'on: ')
+    row = ablation.measure(storm, SMALL)
+    assert row['px_rms'] is row['shape_px'] is row['psnr_db'] is row['changed'] is None
+    text = ablation.section([{'key': 'x', **row, 'term': 'wind', 'shot': 'fresh'}])
+    assert '| wind | fresh | – | – | – | – | – | – |' in text
+
+
+def test_the_matched_wind_presses_as_hard():
+    """On a sheet square to it: the sum of all forces by either law, exact but for rounding."""
+    cloth = cloth_of(defaults())
+    model = Model(cloth.mesh, cloth.material)
+    push = [forces(model, cloth.positions, wind=(0.0, speed, 0.0), air=Air(law=law))[..., 1].sum()
+            for speed, law in ((defaults()['speed'], 'quadratic'), (pressure_matched(), 'seed'))]
+    assert push[0] == pytest.approx(push[1], rel=1e-9)
+    assert push[0] > 10.0
+
+
+def test_runs_on_nested_grids_begin_in_the_same_state():
+    """Every node of the coarse grid is one of the fine, and dashpots are the same sheet's."""
+    settings = settings_of(BY_NAME['finer grid'], {})
+    pairs = Pairs(*settings, 0.0)
+    start = pairs.starts(1)[0]
+    fine, coarse = (pairs.begin(which, start) for which in range(2))
+    assert fine.positions.shape[:2] == (41, 61) == (finer()['grid.rows'], finer()['grid.columns'])
+    assert np.array_equal(*pairs.common(fine.positions, coarse.positions))
+    assert np.array_equal(*pairs.common(fine.velocities, coarse.velocities))
+    # A sheet's dashpots, in N s/m across the cells that lie beside one another: the same.
+    dashpots = [Model(cloth.mesh, cloth.material).spring_c[0] for cloth in (fine, coarse)]
+    assert dashpots[0] == pytest.approx(dashpots[1])
+
+
+class FewRows(Budget):
+    """Allows a number of rows, however long they take."""
+
+    def __init__(self, rows):
+        super().__init__('test', 60.0)
+        self._rows = rows
+
+    def allows(self, seconds=0.0):
+        """Count one row."""
+        self._rows -= 1
+        return self._rows >= 0
+
+
+def test_an_interrupted_ablation_goes_on_where_it_was(tmp_path, monkeypatch):
+    """Rows are those of the first shots, then of the others, each once."""
+    monkeypatch.setattr(ablation, 'measure', lambda term, scene: {'px_rms': len(scene)})
+    for rows in (5, 7, 1000):
+        store = Store(tmp_path, {})
+        ablation.run(store, FewRows(rows))
+        keys = [row['key'] for row in store.rows(ablation.NAME)]
+        assert keys[:5] == [f'{term.name}/{term.shots[0]}' for term in TERMS[:5]]
+    assert sorted(keys) == sorted(f'{term.name}/{shot}' for term in TERMS for shot in term.shots)
+
+
+@pytest.mark.skipif(not plots.can_draw(), reason='matplotlib is not installed')
+def test_the_plots_show_what_was_measured(tmp_path):
+    """With a row alone, too."""
+    rows = [{'key': 'ambient/fresh', 'term': 'ambient', 'shot': 'fresh', **measured('ambient')}]
+    for name, sentence in ablation.plots(rows, tmp_path):
+        assert (tmp_path / name).read_bytes()[:4] == b'\x89PNG'
+        assert sentence
