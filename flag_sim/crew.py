@@ -15,6 +15,7 @@
 """Threads that share the work of a frame."""
 from concurrent.futures import ThreadPoolExecutor
 import os
+import threading
 import time
 
 # To choose, each number of threads does this many frames; its fastest counts, for nothing else
@@ -29,19 +30,32 @@ class Crew:
     Runs work(band, bands) for all bands at once, one thread a band.
 
     threads: how many; 0 chooses by a measurement: the first frames are done by 1, 2, 4, ...
-    threads in turn, up to the processors of this process, and the best number stays.
+    threads in turn, up to the processors of this process, and the best number stays. It is chosen
+    anew once ROUNDS frames running were slower than by one thread alone: the machine is busy.
     """
 
     def __init__(self, threads):
-        """Start no thread yet."""
+        """Start the threads; raises RuntimeError if the system has none left."""
         self.threads = threads
-        self._times = {}
+        self._counts = ()
         if threads == 0:
             processors = len(os.sched_getaffinity(0))
-            counts = {min(2 ** k, processors) for k in range(processors.bit_length() + 1)}
-            self._times = {count: [] for count in sorted(counts)}
-        most = max(self._times, default=threads)
-        self._pool = ThreadPoolExecutor(most - 1, 'crew') if most > 1 else None
+            self._counts = sorted({min(2 ** k, processors)
+                                   for k in range(processors.bit_length() + 1)})
+        self._most = max(self._counts, default=threads)
+        self._amount = 1
+        self.measure()
+        self._hire()
+
+    def measure(self):
+        """Begin to choose, if the number is to be chosen: another kind of work follows."""
+        self._times = {count: [] for count in self._counts}
+        self._alone, self._slow = None, 0
+
+    def frame(self, amount):
+        """Return the crew, for a frame of so much work: times are compared per amount."""
+        self._amount = amount
+        return self
 
     def __enter__(self):
         """Begin a frame."""
@@ -52,18 +66,54 @@ class Crew:
 
     def __exit__(self, *exception):
         """End a frame; choose when all numbers of threads have had their turns."""
+        spent = (time.perf_counter() - self._begin) / self._amount
         if self._times:
-            self._times[self.threads].append(time.perf_counter() - self._begin)
+            self._times[self.threads].append(spent)
             if min(map(len, self._times.values())) == ROUNDS:
-                self.threads = self._choose()
+                self.threads, self._alone = self._choose(), min(self._times[1])
                 self._times = {}
+        elif self._alone is not None and self.threads > 1:
+            self._slow = self._slow + 1 if spent > self._alone else 0
+            if self._slow == ROUNDS:
+                self.measure()
 
-    def share(self, work):
-        """Call work(band, bands) for each band; return when all are done."""
-        others = [self._pool.submit(work, band, self.threads) for band in range(1, self.threads)]
-        work(0, self.threads)
-        for other in others:
-            other.result()
+    def share(self, work, release=lambda: None):
+        """
+        Call work(band, bands) for each band; return when all are done.
+
+        release: called if not all bands can be done, as after an interrupt, so that those which
+        wait for one another end too.
+        """
+        if self.threads == 1:
+            return work(0, 1)
+        if self._process != os.getpid():
+            self._hire()  # a fork has this object, but not its threads
+        others = []
+        try:
+            for band in range(1, self.threads):
+                others.append(self._pool.submit(work, band, self.threads))
+            work(0, self.threads)
+        except BaseException:
+            release()
+            raise
+        finally:
+            for other in others:
+                other.result()
+
+    def _hire(self):
+        """Start all threads now, so that none can be missing when others wait for it."""
+        self._process = os.getpid()
+        self._pool = None
+        if self._most > 1:
+            self._pool = ThreadPoolExecutor(self._most - 1, 'crew')
+            here = threading.Barrier(self._most)
+            try:
+                for _ in range(self._most - 1):
+                    self._pool.submit(here.wait)
+                here.wait()
+            except RuntimeError:
+                here.abort()
+                raise
 
     def _choose(self):
         best, best_time = 1, min(self._times[1])

@@ -156,3 +156,6 @@ def kernel(function=None, **options):
 
 wide_kernel = functools.partial(kernel, pipeline_class=_WideCompiler)
 """A kernel whose loops run over many numbers: compiled to the widest vectors."""
+
+shared_kernel = functools.partial(kernel, pipeline_class=Compiler)
+"""A kernel whose arrays other threads may write to while it runs."""

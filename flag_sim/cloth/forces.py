@@ -16,10 +16,12 @@
 from typing import NamedTuple
 
 from flag_sim.cloth.bending import add_moments, set_moments
+from flag_sim.cloth.gate import meet, new_gate
 from flag_sim.cloth.material import Air
 from flag_sim.cloth.springs import damped_tensions, elastic_tensions, sum_tensions
 from flag_sim.cloth.wind import add_faces, wind_on_faces
-from flag_sim.kernels import kernel, wide_kernel
+from flag_sim.kernels import shared_kernel, wide_kernel
+import numpy as np
 
 
 class Forcing(NamedTuple):
@@ -52,6 +54,7 @@ class Work(NamedTuple):
     tensions: tuple  # across, down, rising, falling [N/m]
     moments: tuple   # across, down, twist [N], for each axis
     faces: tuple     # x, y, z of half the force on upper, then on lower faces [N]
+    gate: np.ndarray  # of the threads that share the steps
 
     @classmethod
     def of(cls, mesh):
@@ -59,7 +62,8 @@ class Work(NamedTuple):
         def arrays(count):
             return tuple(mesh.fields(count))
 
-        return cls(arrays(3), arrays(4), (arrays(3), arrays(3), arrays(3)), arrays(6))
+        return cls(arrays(3), arrays(4), (arrays(3), arrays(3), arrays(3)), arrays(6),
+                   new_gate(1))
 
 
 @wide_kernel
@@ -73,12 +77,14 @@ def _set_weights(mass, gravity, force, span):
         fz[i] = -gravity * mass[i]
 
 
-@kernel
+@shared_kernel
 def set_forces(position, velocity, wind, mass, weights, coefficients, work, dt, span):
     """
     Set work.force [N] to the sum of all forces on each node but its own damping (1.6).
 
     dt: the step that the wind is taken implicitly over [s]; zero for its momentary force.
+    span: the nodes of this thread; all threads of work.gate call it together. First each finds
+    what acts between its nodes and those after them, then sums what acts on its nodes.
     """
     force, tensions, moments, faces = work.force, work.tensions, work.moments, work.faces
     k, c, rest = coefficients.spring_k, coefficients.spring_c, coefficients.spring_rest
@@ -87,14 +93,17 @@ def set_forces(position, velocity, wind, mass, weights, coefficients, work, dt, 
         damped_tensions(position, velocity, weights, k, c, rest, tensions, span)
     elif max(k) > 0.0:
         elastic_tensions(position, weights, k, rest, tensions, span)
+    if max(bend) > 0.0:
+        set_moments(position, weights, bend, moments, span)
+    if coefficients.drag > 0.0:
+        wind_on_faces(position, velocity, wind, coefficients.drag, dt * coefficients.drag_rate,
+                      coefficients.law, coefficients.order, weights, faces, span)
+    meet(work.gate)
     if max(k) > 0.0:
         sum_tensions(position, tensions, mass, coefficients.gravity, force, span)
     else:
         _set_weights(mass, coefficients.gravity, force, span)
     if max(bend) > 0.0:
-        set_moments(position, weights, bend, moments, span)
         add_moments(moments, force, span)
     if coefficients.drag > 0.0:
-        wind_on_faces(position, velocity, wind, coefficients.drag, dt * coefficients.drag_rate,
-                      coefficients.law, coefficients.order, weights, faces, span)
         add_faces(faces, force, span)

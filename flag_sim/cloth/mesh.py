@@ -24,6 +24,9 @@ MAX_NODES = 2**20
 LINE = 64
 """Bytes in a cache line. Fields begin on one, so that the vectors that are stored lie in one."""
 
+PIECE = 64
+"""Nodes in the smallest band: the most that a loop takes at once, four vectors of 16 float32."""
+
 PRECISIONS = ('float64', 'float32')
 """What the numbers of fields may be. Vectors hold twice as many float32."""
 
@@ -95,6 +98,18 @@ class Mesh:
         # A quarter of each cell's mass goes to each of its corners.
         self.mass_share = self.pad(np.outer(row_half, column_half))
         self.free = self.pad(np.outer(row_ones, _ends(column_ones, float(not self.pinned), 1.0)))
+
+    def band(self, band, bands):
+        """
+        Return the span of one of so many bands of nodes, one after the other and about equal.
+
+        They begin where vectors would begin without them: the same nodes are then computed in
+        vectors, and those left over at the end one by one, whatever the number of bands.
+        """
+        pieces = -(-(self.last - self.first) // PIECE)
+        first, last = (min(self.first + PIECE * (pieces * end // bands), self.last)
+                       for end in (band, band + 1))
+        return np.uint64(first), np.uint64(last), np.uint64(self.stride)
 
     def grid(self, flat):
         """Return a view (rows, columns) of the nodes of a flat field (mesh.size,), no ghosts."""

@@ -23,8 +23,10 @@ from flag_sim.cloth.mesh import Mesh, resample
 from flag_sim.cloth.model import Model
 from flag_sim.cloth.normals import node_normals
 from flag_sim.cloth.solvers import SOLVERS
+from flag_sim.cloth.solvers.solver import ALONE
 from flag_sim.cloth.stability import damping_bound, frequency_bound, plan, Stepping
 from flag_sim.cloth.state import State
+from flag_sim.crew import Crew
 from flag_sim.kernels import kernel
 
 MAX_DISTANCE = 1e9
@@ -35,6 +37,8 @@ MAX_WIND = 1e4
 """Greatest wind along an axis [m/s]: the strongest gusts in a wind of 200 m/s, and to spare."""
 MAX_FRAME = 3600.0
 """Longest frame [s]."""
+MAX_THREADS = 64
+"""Beyond, their bands of an ordinary grid are shorter than a row."""
 MAX_SPEED = 1e7
 """Greatest speed along an axis [m/s]: a free fall of eleven days."""
 
@@ -53,6 +57,8 @@ class Cloth:
     than 1 + stretch_limit times its distance at rest; held: how many nodes that held back in the
     last frame. pole: an upright cylinder (x, y, radius) [m] that the cloth stays out of.
     precision: of the numbers inside, float64 or float32; what is given out is float64.
+    threads: how many share the steps, 0 chooses by measuring the first frames; the result is the
+    same to the bit. With xpbd, whose steps go from spring to spring, or a pole it is one.
 
     material, air, gravity, stepping, solver, stretch_limit, pole and precision may be changed
     between frames by assignment; regrid keeps the motion too; hang and reset start anew.
@@ -63,7 +69,7 @@ class Cloth:
     def __init__(self, rows=21, columns=31, length=2.25, width=1.5, hoist_top=(0.05, 0.0, 8.9), *,
                  pinned=True, material=None, air=None, gravity=9.81, stepping=None,
                  solver='symplectic', stretch_limit=1.0, pole=None,
-                 precision='float64'):
+                 precision='float64', threads=1):
         self._hoist_top = checks.vector('hoist_top', hoist_top, MAX_HOIST)
         self._material = material or Material()
         self.air = air or Air()
@@ -71,6 +77,7 @@ class Cloth:
         self.stepping = stepping or Stepping()
         self.pole = pole
         self.held = 0
+        self._crew = Crew(checks.whole('threads', threads, 0, MAX_THREADS))
         self._solver_name = _known_solver(solver)
         self._put_on(Mesh(rows, columns, length, width, pinned, precision))
         self.reset()
@@ -204,21 +211,29 @@ class Cloth:
         forcing = Forcing(checks.vector('wind', wind, MAX_WIND), self._gravity, self.air)
         steps = self._planned(dt)
         self._last_good[...] = self._state.data
-        step = dt / steps.granted
-        if self._pole is None:
-            self._take(forcing, step, steps.granted)
-        else:
-            # Held out of the pole after each step, lest a frame carries the cloth through.
-            for _ in range(steps.granted):
-                self._take(forcing, step, 1)
-                self._hold_outside()
-        self._hold_if_broken(steps, step)
+        try:
+            self._move(steps.granted, dt / steps.granted, forcing)
+        except BaseException:
+            self._state.data[...] = self._last_good  # an interrupt: threads may be steps apart
+            raise
+        self._hold_if_broken(steps, dt / steps.granted)
         self._hold_reach()
         return steps
 
-    def _take(self, forcing, step, count):
+    def _move(self, count, step, forcing):
+        """Take count steps of step [s]."""
+        if self._pole is None:
+            with self._crew.frame(count):
+                self._take(forcing, step, count, self._crew)
+        else:
+            # Held out of the pole after each step, lest a frame carries the cloth through.
+            for _ in range(count):
+                self._take(forcing, step, 1)
+                self._hold_outside()
+
+    def _take(self, forcing, step, count, crew=ALONE):
         """Take count steps; the state is then where they ended."""
-        state = self._solver.advance(self._state, self._spare, forcing, step, count)
+        state = self._solver.advance(self._state, self._spare, forcing, step, count, crew)
         if state is not self._state:
             self._state, self._spare = self._spare, self._state
 
@@ -287,6 +302,7 @@ class Cloth:
         self._state = State(mesh, self._hoist_top)
         self._spare = State(mesh, self._hoist_top)
         self._last_good = self._state.data.copy()
+        self._crew.measure()
         self._remodel()
 
     def _remodel(self):

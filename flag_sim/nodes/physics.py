@@ -90,7 +90,8 @@ class Physics(FrameServer):
                      material=material_of(values), air=air_of(values),
                      gravity=values['gravity'], stepping=stepping_of(values),
                      solver=values['solver'], stretch_limit=values['stretch_limit'],
-                     pole=pole_of(values), precision=values['precision'])
+                     pole=pole_of(values), precision=values['precision'],
+                     threads=values['threads'])
 
     def _warm_up(self):
         """

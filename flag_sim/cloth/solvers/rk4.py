@@ -16,8 +16,9 @@
 import math
 
 from flag_sim.cloth.forces import set_forces
+from flag_sim.cloth.gate import meet
 from flag_sim.cloth.solvers.solver import Solver
-from flag_sim.kernels import kernel, wide_kernel
+from flag_sim.kernels import shared_kernel, wide_kernel
 
 RADIUS = 2.6
 """The half disc of this radius left of the origin lies in the method's region of stability."""
@@ -61,7 +62,7 @@ def _damp(velocity, keep, span):
             v[i] *= keep
 
 
-@kernel
+@shared_kernel
 def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inverse_mass, weights,
                 coefficients, work, scratch, dt, count, span):
     """Take count steps, each from one pair of arrays to the other."""
@@ -72,7 +73,9 @@ def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inve
         _begin(position, number(1.0), x, position_out, span)
         _begin(velocity, keep, v, velocity_out, span)
         for weight, ahead in ((1.0, 0.5), (2.0, 0.5), (2.0, 1.0), (1.0, 0.0)):
+            meet(work.gate)
             set_forces(x, v, wind, mass, weights, coefficients, work, dt, span)
+            meet(work.gate)  # before neighbours move, whose positions the sums are taken with
             _stage(position, velocity, x, v, work.force, inverse_mass, position_out, velocity_out,
                    number(weight / 6.0) * dt, number(ahead) * dt, keep, span)
         _damp(velocity_out, keep, span)
@@ -91,6 +94,7 @@ class RK4(Solver):
     order = 4
     scratch = 6
     take_steps = staticmethod(_take_steps)
+    is_shared = True
 
     @staticmethod
     def largest_step(omega, gamma, drag=True):

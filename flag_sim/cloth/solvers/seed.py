@@ -14,9 +14,10 @@
 
 """The source text's own scheme, equations 1.5 to 1.10 to the letter."""
 from flag_sim.cloth.forces import set_forces
+from flag_sim.cloth.gate import meet
 from flag_sim.cloth.solvers.solver import Solver
 from flag_sim.cloth.solvers.symplectic import Symplectic
-from flag_sim.kernels import kernel, wide_kernel
+from flag_sim.kernels import kernel, shared_kernel, wide_kernel
 
 
 @kernel
@@ -44,7 +45,7 @@ def _update(position, velocity, force, inverse_mass, position_out, velocity_out,
             x_out[i] = x[i] + moved                    # 1.10
 
 
-@kernel
+@shared_kernel
 def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inverse_mass, weights,
                 coefficients, work, scratch, dt, count, span):
     """Take count steps, each from one pair of arrays to the other; velocities go by the step."""
@@ -52,9 +53,11 @@ def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inve
     mu = min(coefficients.node_damping, one)
     v, v_out = (scratch[0], scratch[1], scratch[2]), (scratch[3], scratch[4], scratch[5])
     _scale(velocity, dt, v, span)
+    meet(work.gate)
     for _ in range(count):
         set_forces(position, v, wind, mass, weights, coefficients, work, now, span)
         _update(position, v, work.force, inverse_mass, position_out, v_out, dt, mu, span)
+        meet(work.gate)
         position, position_out = position_out, position
         velocity, velocity_out = velocity_out, velocity
         v, v_out = v_out, v
@@ -76,6 +79,7 @@ class Seed(Solver):
     order = 1
     scratch = 6
     take_steps = staticmethod(_take_steps)
+    is_shared = True
 
     @staticmethod
     def largest_step(omega, gamma, drag=True):

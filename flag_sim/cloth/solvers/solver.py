@@ -13,9 +13,14 @@
 # limitations under the License.
 
 """What all methods have in common."""
+import functools
 import math
 
 from flag_sim.cloth.forces import Work
+from flag_sim.cloth.gate import new_gate, release
+from flag_sim.crew import Crew
+
+ALONE = Crew(1)
 
 
 class Solver:
@@ -24,13 +29,15 @@ class Solver:
 
     order: of its error in the step. scratch: flat fields that its kernel needs beside the forces'.
     useful_step: the longest step [s] worth taking, for methods whose largest stable one is
-    infinite. take_steps: the kernel; largest_step(omega, gamma, drag): the largest stable step
-    [s] for frequencies and damping rates up to omega and gamma.
+    infinite. take_steps: the kernel; is_shared: whether it meets others at work.gate, so that
+    threads can share its steps. largest_step(omega, gamma, drag): the largest stable step [s] for
+    frequencies and damping rates up to omega and gamma.
     """
 
     order = 1
     scratch = 0
     useful_step = math.inf
+    is_shared = False
 
     def __init__(self, model):
         self.model = model
@@ -46,17 +53,28 @@ class Solver:
         """Read one state and write the state dt [s] later into another."""
         self.advance(state_in, state_out, forcing, dt, 1)
 
-    def advance(self, state, spare, forcing, dt, count):
+    def advance(self, state, spare, forcing, dt, count, crew=ALONE):
         """
         Take count steps of dt [s] from state; return the one of the two that holds the result.
 
-        Both are written to, in turn.
+        Both are written to, in turn. The crew's threads share the nodes, if the method lets them;
+        the result is the same to the bit for any number of them.
         """
         model = self.model
         number = model.mesh.number
-        self.take_steps(
-            state.position, state.velocity, spare.position, spare.velocity,
-            number(forcing.wind), model.mass, model.inverse_mass, model.mesh.weights,
-            model.coefficients(forcing, self.order), self._work, *self._scratch, number(dt),
-            count, model.mesh.span)
+        bands = crew.threads if self.is_shared else 1
+        gate = new_gate(bands)
+        work = self._work._replace(gate=gate)
+
+        def take(band, bands):
+            self.take_steps(
+                state.position, state.velocity, spare.position, spare.velocity,
+                number(forcing.wind), model.mass, model.inverse_mass, model.mesh.weights,
+                model.coefficients(forcing, self.order), work, *self._scratch, number(dt), count,
+                model.mesh.band(band, bands))
+
+        if bands == 1:
+            take(0, 1)
+        else:
+            crew.share(take, functools.partial(release, gate))
         return spare if count % 2 else state

@@ -16,8 +16,9 @@
 import math
 
 from flag_sim.cloth.forces import set_forces
+from flag_sim.cloth.gate import meet
 from flag_sim.cloth.solvers.solver import Solver
-from flag_sim.kernels import kernel, wide_kernel
+from flag_sim.kernels import shared_kernel, wide_kernel
 
 
 @wide_kernel
@@ -44,7 +45,7 @@ def _update(position, velocity, force, inverse_mass, position_out, velocity_out,
         z_out[i] = z[i] + dt * uz
 
 
-@kernel
+@shared_kernel
 def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inverse_mass, weights,
                 coefficients, work, dt, count, span):
     """Take count steps, each from one pair of arrays to the other."""
@@ -54,6 +55,7 @@ def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inve
         set_forces(position, velocity, wind, mass, weights, coefficients, work, dt, span)
         _update(position, velocity, work.force, inverse_mass, position_out, velocity_out, dt, keep,
                 span)
+        meet(work.gate)
         position, position_out = position_out, position
         velocity, velocity_out = velocity_out, velocity
 
@@ -70,6 +72,7 @@ class Symplectic(Solver):
     order = 1
 
     take_steps = staticmethod(_take_steps)
+    is_shared = True
 
     @staticmethod
     def largest_step(omega, gamma, drag=True):

@@ -16,8 +16,9 @@
 import math
 
 from flag_sim.cloth.forces import set_forces
+from flag_sim.cloth.gate import meet
 from flag_sim.cloth.solvers.solver import Solver
-from flag_sim.kernels import kernel, wide_kernel
+from flag_sim.kernels import shared_kernel, wide_kernel
 
 
 @wide_kernel
@@ -62,7 +63,7 @@ def _kick(velocity, force, inverse_mass, acceleration, dt, keep, span):
             a[i] = after
 
 
-@kernel
+@shared_kernel
 def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inverse_mass, weights,
                 coefficients, work, acceleration, dt, count, span):
     """Take count steps, each from one pair of arrays to the other."""
@@ -71,6 +72,7 @@ def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inve
     _accelerate(work.force, inverse_mass, acceleration, span)
     for _ in range(count):
         _drift(position, velocity, acceleration, position_out, velocity_out, dt, keep, span)
+        meet(work.gate)
         set_forces(position_out, velocity_out, wind, mass, weights, coefficients, work, dt, span)
         _kick(velocity_out, work.force, inverse_mass, acceleration, dt, keep, span)
         position, position_out = position_out, position
@@ -89,6 +91,7 @@ class Verlet(Solver):
     order = 2
     scratch = 3
     take_steps = staticmethod(_take_steps)
+    is_shared = True
 
     @staticmethod
     def largest_step(omega, gamma, drag=True):
