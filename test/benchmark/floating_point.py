@@ -44,7 +44,7 @@ FLOPS = 4 * SPRING + 2 * FACE + GRAVITY + STEP
 Floating-point operations that the model needs for a node and step, each spring and face once.
 
 A root and a division count as one each, a fused multiply-add as two. A program may do more (ours
-sums each spring at both of its ends, rather than scatter); that is no merit, and is not counted.
+sums each spring at both of its ends rather than scatter); that is no merit and is not counted.
 """
 
 CHAIN = 64

@@ -20,6 +20,7 @@ then feeds each of them alone with what was recorded, several times; and listens
 shot in real time. Prints medians and writes them to out/bench.json.
 """
 import argparse
+import contextlib
 import json
 import os
 from pathlib import Path
@@ -82,11 +83,13 @@ def run(frames, folder):
         graph.end('wind')
         start(graph, 'wind', '-p', 'pace:=lockstep', '-p', f'frames:={frames}', '-p',
               'wait_for:=[renderer, recorder]')
-        resident = {}
+        before = {node: processor_time(graph.processes[node]) for node in NODES}
+        resident, used = {}, {}
         while graph.processes['wind'].poll() is None:
-            resident |= {node: memory(process) for node, process in graph.processes.items()
-                         if process.poll() is None}
-            time.sleep(0.1)
+            for node, process in graph.processes.items():
+                with contextlib.suppress(OSError, ValueError, IndexError):  # it ends just now
+                    resident[node], used[node] = memory(process), processor_time(process)
+            time.sleep(0.05)
         for node in NODES[1:]:
             graph.end(node)
         shares = {node: SUMMARY.search(graph.log(node)).groups() for node in NODES}
@@ -94,6 +97,7 @@ def run(frames, folder):
             'nodes': {node: {
                 'wait': float(shares[node][2]), 'work': float(shares[node][3]),
                 'publish': float(shares[node][4]), 'resident_mb': resident[node],
+                'processor_ms': 1e3 * (used[node] - before[node]) / frames,
                 'ready_s': ready[node], 'paused_percent': 100.0 * idle[node]}
                 for node in NODES}}
 
@@ -156,18 +160,21 @@ def main():
     rates = ', '.join(f'{rate:.0f}' for rate in result['spread_frames_per_second'])
     print(f'{result["frames_per_second"]:.0f} frames/s recorded at 640 x 480 ({options.frames} '
           f'frames, runs: {rates}; {result["machine"]})')
-    print(f'{"":10}{"wait %":>8}{"work %":>8}{"publish %":>10}{"MB":>8}{"ready s":>9}'
-          f'{"paused %":>10}{"alone":>7}')
+    print(f'{"":10}{"wait %":>8}{"work %":>8}{"publish %":>10}{"cpu ms":>8}{"MB":>6}'
+          f'{"ready s":>9}{"paused %":>10}{"alone":>7}')
     for node, row in result['nodes'].items():
         print(f'{node:10}{row["wait"]:8.1f}{row["work"]:8.1f}{row["publish"]:10.1f}'
-              f'{row["resident_mb"]:8.0f}{row["ready_s"]:9.2f}{row["paused_percent"]:10.1f}'
-              f'{row["alone_frames_per_second"]:7.0f}')
+              f'{row["processor_ms"]:8.2f}{row["resident_mb"]:6.0f}{row["ready_s"]:9.2f}'
+              f'{row["paused_percent"]:10.1f}{row["alone_frames_per_second"]:7.0f}')
     alone_rates = {node: row['alone_frames_per_second'] for node, row in result['nodes'].items()}
     slowest = min(alone_rates, key=alone_rates.get)
     result['share_of_slowest'] = result['frames_per_second'] / alone_rates[slowest]
     print(f'{100.0 * result["share_of_slowest"]:.0f} % of what the slowest node alone, '
           f'{slowest}, allows; aimed at: {100.0 * SHARE_AIM:.0f} % '
           f'({verdict(result["share_of_slowest"] >= SHARE_AIM)})')
+    needed = sum(row['processor_ms'] for row in result['nodes'].values())
+    print(f'all nodes together take {needed:.1f} ms of processor time a frame: {os.cpu_count()} '
+          f'processors allow {1e3 * os.cpu_count() / needed:.0f} frames/s at most')
     is_even = all(here < aim for here, aim in zip(jitter, JITTER_AIM))
     print(f'real time, {BEAT:g} Hz: frames leave {jitter[0]:.2f} ms off the beat at the median '
           f'and {jitter[1]:.2f} ms at the 99th percentile; aimed at: {JITTER_AIM[0]:g} and '

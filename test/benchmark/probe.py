@@ -18,12 +18,14 @@ import time
 from flag_sim.nodes import messages
 from flag_sim.nodes.bag import RecordedTopics
 from flag_sim.nodes.life import bring_profile, keep_memory
+from flag_sim.nodes.recorder import serialized_stamp
 from flag_sim.nodes.topics import publish, subscribe
 import numpy as np
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 
 WINDOW = 3  # frames in flight, as wind's
+RESEND_AFTER = 0.2  # [s]
 PATIENCE = 20.0  # how long a probe waits for anything [s]
 IMAGES = ('camera/image_raw', 'camera/camera_info')
 # What each node is fed, and what it says of a frame that it has done.
@@ -63,15 +65,15 @@ class Probe:
 
 
 def recorded_frames(path, count):
-    """Return the first messages of a bag, serialised: [{topic: bytes}], one for each frame."""
+    """Return the first whole frames of a bag, serialised: {stamp [ns]: {topic: bytes}}."""
     bag = RecordedTopics(path)
     frames = {}
     for name, at, data in bag.messages(INPUTS['recorder']):
-        frames.setdefault(at, {})[name] = data
-        if len(frames) > count:
+        if len(frames) == count and at not in frames:
             break
+        frames.setdefault(at, {})[name] = data
     bag.close()
-    return [frame for frame in frames.values() if len(frame) == len(INPUTS['recorder'])]
+    return {at: frame for at, frame in frames.items() if len(frame) == len(INPUTS['recorder'])}
 
 
 def feed(probe, name, frames):
@@ -81,26 +83,33 @@ def feed(probe, name, frames):
     A few frames are always in flight, and all that is on the machine is this node and the probe.
     """
     outputs = {topic: publish(probe.node, topic) for topic in INPUTS[name]}
-    times = []
-    answers = subscribe(probe.node, ANSWERS[name], lambda _: times.append(time.perf_counter()),
-                        raw=True)
+    done, in_flight, left = {}, {}, iter(frames.items())
+
+    def hear(data):
+        stamp = serialized_stamp(data)
+        if in_flight.pop(stamp, None):
+            done[stamp] = time.perf_counter()
+    answers = subscribe(probe.node, ANSWERS[name], hear, raw=True)
     if name == 'renderer':  # draws only what somebody listens to
         for topic in IMAGES:
             subscribe(probe.node, topic, lambda _: None, raw=True)
     probe.wait(lambda: all(out.get_subscription_count() for out in outputs.values())
                and probe.node.count_publishers(answers.topic_name))
-    waiting = iter(frames)
-    sent = 0
 
-    def send():
-        nonlocal sent
-        while sent - len(times) < WINDOW and sent < len(frames):
-            for topic, data in next(waiting).items():
-                if topic in outputs:
-                    outputs[topic].publish(data)
-            sent += 1
-    probe.wait(lambda: len(times) == len(frames), send)
-    return rate(times)
+    def send(stamp, frame):
+        for topic, out in outputs.items():
+            out.publish(frame[topic])
+        in_flight[stamp] = frame, time.perf_counter()
+
+    def keep_busy():
+        while len(in_flight) < WINDOW and (following := next(left, None)):
+            send(*following)
+        # Large messages are lost now and then; wind too sends again what is not answered.
+        for stamp, (frame, sent) in list(in_flight.items()):
+            if time.perf_counter() - sent > RESEND_AFTER:
+                send(stamp, frame)
+    probe.wait(lambda: len(done) == len(frames), keep_busy)
+    return rate(list(done.values()))
 
 
 def answer_wind(probe, count):

@@ -22,10 +22,8 @@ from peers_cloth.case import HOIST_TOP, LENGTH, WIDTH
 class Peer:
     """Cloth.advance: a frame of as many steps as asked for, with all that comes with a frame."""
 
-    def __init__(self, case, precision='float64', **options):
-        if precision != 'float64':
-            options['precision'] = precision
-        self.precision = precision
+    def __init__(self, case, **options):
+        self.precision = options.get('precision', 'float64')
         self._case = case
         self._cloth = Cloth(case.rows, case.columns, LENGTH, WIDTH, HOIST_TOP,
                             material=case.material, **options)
