@@ -181,7 +181,7 @@ def _push_faces(matrix, field, faces, span):
     first, last, stride = span
     for i in range(first, last):
         e, s, d = i + ONE, i + stride, i + stride + ONE
-        # The node in the right angle has half a share in the face's velocity, the others a quarter.
+        # The node in the right angle has half a share in the velocity, the others a quarter.
         sx, sy, sz = 0.25 * (x[e] + x[s]), 0.25 * (y[e] + y[s]), 0.25 * (z[e] + z[s])
         g = 0.5 * ((sx + 0.5 * x[i]) * ux[i] + (sy + 0.5 * y[i]) * uy[i]
                    + (sz + 0.5 * z[i]) * uz[i])
