@@ -169,13 +169,13 @@ class Physics(FrameServer):
                 self.get_logger().error(self._diverged, throttle_duration_sec=WARN_EVERY)
 
     def _report(self, plan):
-        """Say when steps or cloth begin to be other than they are set to be, and when that ends."""
+        """Say when steps or cloth begin to be other than they are set, and when that ends."""
         asked = self._applied['substeps']
         refined = 0 < asked < plan.granted
         if refined and not self._refined:
             self.get_logger().warning(
-                f'substeps = {asked} is not stable: the frame needs {plan.demanded} steps and gets '
-                f'{plan.granted}')
+                f'substeps = {asked} is not stable: the frame needs {plan.demanded} steps and '
+                f'gets {plan.granted}')
         elif self._refined and not refined:
             self.get_logger().info('frames get the steps that they are set to get again')
         self._refined = refined

@@ -84,6 +84,6 @@ class Euler(Solver):
 
     @classmethod
     def stable_step(cls, omega, gamma, drag=True):
-        """Return 0: no step is stable for waves across a taut sheet, which dashpots do not damp."""
+        """Return 0: no step is stable for waves across a taut sheet, which nothing damps."""
         del omega, gamma, drag
         return 0.0
