@@ -25,7 +25,7 @@ from flag_sim.cloth.solvers import SOLVERS
 import numpy as np
 import pytest
 from scipy.integrate import romb
-from support.cloths import energy, model_of
+from support.cloths import energy, model_of, VACUUM
 
 WIND = (6.0, 8.0, 1.0)
 SPAN, SAMPLES = 0.1, 2**8
@@ -114,3 +114,17 @@ def test_work_of_the_wind_is_change_of_energy_and_loss(solver, node_damping):
     for coarse, fine in zip(missing, missing[1:]):
         if fine > FLOOR:
             assert np.log2(coarse / fine) == pytest.approx(order, abs=0.1)
+
+
+@pytest.mark.parametrize('solver', ['xpbd', 'rk4'])
+def test_methods_that_lose_energy_never_give_any(solver):
+    """Without damping and wind it falls in every frame, in steps that resolve the motion."""
+    cloth = Cloth(6, 8, solver=solver, air=VACUUM, material=Material(damping=0.0),
+                  stepping=Stepping(substeps=40))
+    rng = np.random.default_rng(4)
+    cloth.place(cloth.positions, rng.normal(size=(6, 8, 3)))
+    energies = [energy(cloth, 9.81)]
+    for _ in range(300):
+        cloth.advance(0.01)
+        energies.append(energy(cloth, 9.81))
+    assert np.all(np.diff(energies) < 0.0)
