@@ -45,6 +45,7 @@ from support.watch import eventually, Watcher
     ('wind', ['save_to:=/nowhere/shot.yaml'], 'there is no folder /nowhere'),
     ('recorder', ['topics:=[]'], 'nothing to record'),
     ('recorder', ['topics:=[images]'], "'images' is not one of"),
+    ('recorder', ['topics:=[reset]'], "'reset' is not one of"),
     ('recorder', ['storage:=zip'], "one of mcap, sqlite3, not 'zip'"),
     ('recorder', ['path:=/proc/bag'], 'path /proc/bag'),
     ('recorder', ['storage:=sqlite3', 'compression:=zstd'], 'compression zstd needs storage mcap'),

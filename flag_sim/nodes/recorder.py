@@ -59,9 +59,10 @@ class Recorder(DialNode):
         super().__init__('recorder', RECORDER)
         if not self.values['topics']:
             raise BadParameter('topics: there is nothing to record')
-        unknown = [topic for topic in self.values['topics'] if topic not in TOPICS]
+        known = [name for name, topic in TOPICS.items() if topic.stamped]
+        unknown = [name for name in self.values['topics'] if name not in known]
         if unknown:
-            raise BadParameter(f'topics: {unknown[0]!r} is not one of {", ".join(TOPICS)}')
+            raise BadParameter(f'topics: {unknown[0]!r} is not one of {", ".join(known)}')
         path = self.values['path'] or datetime.datetime.now().strftime('rosbag2_%Y_%m_%d-%H_%M_%S')
         self._bag = Bag(path, self.values['storage'], self.values['compression'])
         self._every_frame = {t for t in self.values['topics'] if TOPICS[t].every_frame}

@@ -26,10 +26,16 @@ from std_msgs.msg import Empty, Header
 
 
 class Topic(NamedTuple):
-    """A topic's message type, and whether every frame brings one message."""
+    """
+    A topic's message type.
+
+    every_frame: whether every frame brings one message. stamped: whether the message begins with
+    a time of the simulation, by which it can be recorded.
+    """
 
     message: type
     every_frame: bool
+    stamped: bool = True
 
 
 TOPICS = {
@@ -42,9 +48,9 @@ TOPICS = {
     'camera/camera_info': Topic(CameraInfo, True),
     'camera/depth/image_raw': Topic(Image, True),
     'frame_done': Topic(Header, False),
-    'reset': Topic(Empty, False),
-    'step': Topic(Empty, False),
-    'state': Topic(DiagnosticArray, False),
+    'reset': Topic(Empty, False, False),
+    'step': Topic(Empty, False, False),
+    'state': Topic(DiagnosticArray, False, False),
 }
 
 # As many messages as wind's largest window keeps in flight, so that lockstep fills no queue.
