@@ -14,35 +14,49 @@
 
 """Coverage against exact whole-number arithmetic, values against formulas."""
 from flag_sim.drawing.clipping import GUARD
-from flag_sim.drawing.projection import project
+from flag_sim.drawing.culling import CHUNK, collect, cull
+from flag_sim.drawing.projection import PLACES, project
 from flag_sim.drawing.rasterizer import fill
-from flag_sim.drawing.tiles import no_marks
 
 import numpy as np
 
 import pytest
 
 WIDTH, HEIGHT = 61, 43
-PLACES = 256
+STRIDE = 64
+NO_MARKS = np.empty((0, 0), np.bool_)
 
 
 def draw(corners, nearness=1.0, colours=255.0, is_correct=False, bands=1,
-         is_painted=False, shift=(0.0, 0.0), width=WIDTH, height=HEIGHT):
-    """Draw triangles of corners (m, 3, 2) [pixel]; return nearness and words, (height, width)."""
-    corners = np.asarray(corners, dtype=np.float64)
-    count = len(corners)
-    screen = np.empty((3 * count, 3))
-    screen[:, :2] = corners.reshape(-1, 2)
-    screen[:, 2] = np.ravel(np.broadcast_to(nearness, (count, 3)))
-    matter = np.empty((3 * count, 2, 3))
+         is_painted=False, shift=(0.0, 0.0), is_narrow=None):
+    """
+    Draw triangles of corners (m, 3, 2) [pixel]; return nearness and words, (HEIGHT, WIDTH).
+
+    is_narrow: draw all in groups, or none; None leaves that to their widths.
+    """
+    places = np.asarray(np.round(np.asarray(corners) * PLACES), dtype=np.int32).reshape(-1, 2)
+    u, v = np.ascontiguousarray(places.T)
+    points, count = len(places), len(places) // 3
+    near = np.array(np.broadcast_to(nearness, (count, 3)), dtype=float).ravel()
+    matter = np.empty((points, 2, 3))
     matter[:] = np.broadcast_to(colours, (count, 3, 3)).reshape(-1, 1, 3)
-    triangles = np.arange(3 * count, dtype=np.int32).reshape(-1, 3)
-    depth, words = np.zeros(height * width, np.float32), np.zeros(height * width, np.uint32)
-    for band in range(bands):
-        fill(triangles, np.arange(count), count, np.zeros_like(screen), screen,
-             np.zeros(3 * count, np.uint8), matter, False, 0.0, 0.0, 0.1, True, is_correct,
-             is_painted, False, *shift, no_marks(), band, bands, width, height, depth, words)
-    return depth.reshape(height, width), words.reshape(height, width)
+    triangles, order = np.arange(points, dtype=np.int32).reshape(-1, 3), \
+        np.arange(count, dtype=np.int32)
+    where, narrow = np.zeros(points, np.int32), np.empty(count, np.bool_)
+    spans, boxes = np.empty((2, count), np.int16), np.empty((4, -(-count // CHUNK)), np.int32)
+    cull(triangles, order, u, v, where, PLACES, WIDTH, HEIGHT, narrow, spans, boxes)
+    if is_narrow is not None:
+        narrow[:] = is_narrow
+    numbers = np.empty(count + 1, np.int32)
+    depth, words = np.zeros((HEIGHT, STRIDE), np.float32), np.zeros((HEIGHT, STRIDE), np.uint32)
+    for top in range(0, HEIGHT, -(-HEIGHT // bands)):
+        end = min(top + -(-HEIGHT // bands), HEIGHT)
+        found, _, _ = collect(order, spans, boxes, top, end, numbers)
+        fill(triangles, numbers, found, narrow, count, np.empty((points, 3)), u, v, near, where,
+             matter, False, 0.0, 0.0, 0.1, True, is_correct, is_painted, False,
+             *np.int32(np.multiply(shift, PLACES)), NO_MARKS, top, end, WIDTH, STRIDE,
+             depth[top:end].reshape(-1), words[top:end].reshape(-1))
+    return depth[:, :WIDTH], words[:, :WIDTH]
 
 
 def covered(places):
@@ -74,6 +88,10 @@ def some_triangles(kind, count, rng):
             along * (triangles[:, 1] - triangles[:, 0])) + rng.integers(-2, 3, (count, 2))
     elif kind == 'small':
         triangles = triangles[:, :1] + rng.integers(-400, 401, (count, 3, 2))
+    elif kind == 'narrow':
+        # Up to as high as vertices can be apart.
+        triangles[:, :, 0] = triangles[:, :1, 0] + rng.integers(0, 32 * PLACES, (count, 3))
+        triangles[:, :, 1] *= 8 ** rng.integers(0, 5, (count, 1))
     elif kind == 'centres':
         triangles = triangles // PLACES * PLACES
     elif kind == 'halves':
@@ -96,8 +114,10 @@ def some_triangles(kind, count, rng):
     return triangles
 
 
-@pytest.mark.parametrize('kind', [
-    'random', 'sliver', 'small', 'centres', 'halves', 'axes', 'huge', 'huge sliver'])
+KINDS = ['random', 'sliver', 'small', 'narrow', 'centres', 'halves', 'axes', 'huge', 'huge sliver']
+
+
+@pytest.mark.parametrize('kind', KINDS)
 def test_coverage_is_exact(kind):
     rng = np.random.default_rng(2021)
     some = False
@@ -220,17 +240,23 @@ def test_hostile_vertices_write_nothing_outside():
     vertices[ordinary] = rng.uniform(-3, 3, (ordinary.sum(), 3))
     triangles = np.arange(12000, dtype=np.int32).reshape(-1, 3)
     matrix = np.diag([40.0, 40.0, 1.0, 1.0])
-    size, margin = WIDTH * HEIGHT, 500
+    size, margin = STRIDE * HEIGHT, 500
     for is_perspective in (True, False):
-        view, screen = np.empty((12000, 3)), np.empty((12000, 3))
-        where = np.empty(12000, np.uint8)
-        project(vertices, matrix, 30.0, 21.0, 0.05, is_perspective, view, screen, where)
-        # The image lies between margins that must stay as they are.
+        view, near = np.empty((12000, 3)), np.empty(12000)
+        u, v, where = np.empty((3, 12000), np.int32)
+        project(vertices, matrix, 30.0, 21.0, 0.05, is_perspective, view, u, v, near, where)
+        narrow, numbers = np.empty(4000, np.bool_), np.empty(4001, np.int32)
+        spans, boxes = np.empty((2, 4000), np.int16), np.empty((4, -(-4000 // CHUNK)), np.int32)
+        order = np.arange(4000, dtype=np.int32)
+        cull(triangles, order, u, v, where, 0, WIDTH, HEIGHT, narrow, spans, boxes)
+        count, _, _ = collect(order, spans, boxes, 0, HEIGHT, numbers)
+        # The rows lie between margins that must stay as they are.
         depth = np.full(size + 2 * margin, np.float32(-1e30))
         words = np.full(size + 2 * margin, 77, np.uint32)
-        fill(triangles, np.arange(4000), 4000, view, screen, where, np.full((12000, 2, 3), 128.0),
-             False, 30.0, 21.0, 0.05, is_perspective, True, False, False, 0.0, 0.0, no_marks(),
-             0, 1, WIDTH, HEIGHT, depth[margin:margin + size], words[margin:margin + size])
+        fill(triangles, numbers, count, narrow, 4000, view, u, v, near, where,
+             np.full((12000, 2, 3), 128.0), False, 30.0, 21.0, 0.05, is_perspective, True, False,
+             False, np.int32(0), np.int32(0), NO_MARKS, 0, HEIGHT, WIDTH, STRIDE,
+             depth[margin:margin + size], words[margin:margin + size])
         for buffer, clear in ((depth, np.float32(-1e30)), (words, 77)):
             assert (buffer[:margin] == clear).all() and (buffer[-margin:] == clear).all()
         assert np.isfinite(depth).all()

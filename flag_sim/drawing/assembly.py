@@ -14,6 +14,7 @@
 
 """All that a frame shows, joined in one set of arrays."""
 from flag_sim.drawing import checks
+from flag_sim.drawing.culling import CHUNK
 from flag_sim.drawing.mesh import grid_triangles, vertex_normals
 from flag_sim.drawing.scene import platform_mesh, pole_mesh
 
@@ -26,7 +27,8 @@ class Assembly:
 
     points, normals: (n, 3); triangles: (m, 3) int32, from number `closed` on of closed bodies,
     whose backs nobody sees; parts: the name of each thing with its slices of points and of
-    triangles. The flag stands first; its points and normals are written by every frame.
+    triangles. The flag stands first; its points and normals are written by every frame, and so
+    are view, u, v, nearness, where: see projection; is_narrow, spans, boxes: see culling.
     """
 
     def __init__(self, rows, columns, scene, segments):
@@ -50,7 +52,14 @@ class Assembly:
                 triangles.append(mesh.triangles + np.int32(first))
         self.points, self.normals = np.concatenate(points), np.concatenate(normals)
         self.triangles = np.concatenate(triangles)
-        self.order = np.arange(len(self.triangles))
+        self.order = np.arange(len(self.triangles), dtype=np.int32)
+
+        count, chunks = len(self.triangles), -(-len(self.triangles) // CHUNK)
+        self.view = np.empty(self.points.shape)
+        self.u, self.v, self.where = np.empty((3, len(self.points)), np.int32)
+        self.nearness = np.empty(len(self.points))
+        self.is_narrow = np.empty(count, np.bool_)
+        self.spans, self.boxes = np.empty((2, count), np.int16), np.empty((4, chunks), np.int32)
 
     def set_flag(self, vertices, normals):
         """

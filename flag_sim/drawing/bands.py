@@ -13,21 +13,108 @@
 # limitations under the License.
 
 """
-Bands of rows, dealt to the threads in turn.
+Bands of rows: what a thread draws at a time, and how the threads share them.
 
-Neighbouring rows cost alike, so bands that take turns cost alike too, where halves of the image
-would not (1.9 times faster with two threads, against 1.3 to 1.7).
+A band's pixels fit in a processor's own cache, where they are emptied, drawn, averaged and turned
+into bytes before the next band's turn. Neighbouring rows cost alike, so threads that take bands in
+turn have alike work, where halves of the image would not.
 """
+from flag_sim.drawing.canvas import write_nearness, write_rgb
+from flag_sim.drawing.culling import collect
+from flag_sim.drawing.rasterizer import fill
+from flag_sim.drawing.spans import LANES
+from flag_sim.drawing.tiles import (
+    add_sample, clear_marked, mark_edges, resolve, TILE, touching)
 from flag_sim.kernels import kernel
 
-# Rows in a band: a whole number of tiles, and so many that few small triangles lie in two.
-BAND = 16
+import numpy as np
+
+BAND = 32
+
+
+class Desk:
+    """
+    What one thread needs to draw a band: buffers that it uses for one after another.
+
+    words, depths: colours and nearness of a band's rows and of one more above and below, `stride`
+    pixels each; sample_words, sample_depths, sums, marks, worst: see tiles; found, touching:
+    triangles' numbers.
+    """
+
+    def __init__(self, width, triangles, has_samples):
+        """Make buffers for an image `width` pixels wide and that number of triangles."""
+        self.kind = width, triangles, has_samples
+        self.stride = -(-width // LANES) * LANES
+        pixels = (BAND + 2) * self.stride
+        samples = BAND * self.stride * has_samples
+        self.arrays = (
+            np.empty(pixels, np.uint32), np.empty(pixels, np.float32),
+            np.empty(triangles + 1, np.int32), np.empty(triangles + 1, np.int32),
+            np.empty(samples, np.uint32), np.empty(samples, np.float32),
+            np.empty((2, samples), np.uint32), np.empty(self.stride, np.uint32),
+            np.zeros((BAND // TILE, self.stride // TILE), np.bool_))
 
 
 @kernel
-def next_row(row, band, bands):
-    """Give the first row from `row` on that belongs to bands band, band + bands, ..."""
-    if bands == 1:
-        return row
-    ahead = (band - row // BAND) % bands
-    return row if ahead == 0 else (row // BAND + ahead) * BAND
+def draw_bands(band, bands, triangles, order, spans, boxes, is_narrow, closed,
+               view, u, v, nearness, where, colours, is_flat, cu, cv, near,
+               is_perspective, is_correct, is_painted, is_outlined, pattern, word, farthest,
+               width, height, stride, words, depths, found, touched,
+               sample_words, sample_depths, sums, worst, marks,
+               drawn, rgb, rgb_words, nearness_image):
+    """
+    Draw bands band, band + bands, ... of an image.
+
+    order, spans, boxes, is_narrow: see culling; from view to is_outlined: see rasterizer.fill;
+    pattern: (samples, 2) int32 [1 / PLACES pixel]; word, farthest: colour and nearness where
+    nothing is; from stride to marks: a Desk's; drawn: (2, bands of the image) int32, first column
+    and end of what the last frame drew, renewed; rgb, rgb_words, nearness_image: a Canvas's.
+    """
+    samples = pattern.shape[0]
+    no_marks = marks[:0]
+    for number in range(band, drawn.shape[1], bands):
+        begin, end = number * BAND, min((number + 1) * BAND, height)
+        # Edges are looked for across the band's rim.
+        rim = 1 if samples > 1 else 0
+        top = begin - rim
+        count, left, right = collect(order, spans, boxes, top, end + rim, found)
+        last_left, last_right = drawn[0, number], drawn[1, number]
+        drawn[0, number], drawn[1, number] = left, right
+        last_left, last_right = min(left, last_left), max(right, last_right)
+        if last_left >= last_right:
+            continue
+        rows = end - begin
+        if samples > 1:
+            # Neighbours are compared over the whole width.
+            last_left, last_right = np.int32(0), np.int32(width)
+        clear(words, depths, word, farthest, last_left, last_right, rows + 2 * rim, stride)
+        fill(triangles, found, count, is_narrow, closed, view, u, v, nearness, where, colours,
+             is_flat, cu, cv, near, is_perspective, is_correct, is_painted, is_outlined,
+             np.int32(0), np.int32(0), no_marks, top, end + rim, width, stride, depths, words)
+        if nearness_image.size > 0:
+            write_nearness(depths[rim * stride:], begin, rows, last_left, last_right, width,
+                           stride, nearness_image)
+        own = words[rim * stride:]
+        if samples > 1:
+            mark_edges(words, begin, end, width, height, stride, worst, marks)
+            count = touching(triangles, found, count, u, v, where, marks, begin, end, width,
+                             touched)
+            clear_marked(marks, rows, stride, word, farthest, sample_words, sample_depths, sums)
+            for k in range(samples):
+                fill(triangles, touched, count, is_narrow, closed, view, u, v, nearness, where,
+                     colours, is_flat, cu, cv, near, is_perspective, is_correct, is_painted,
+                     is_outlined, pattern[k, 0], pattern[k, 1], marks, begin, end, width, stride,
+                     sample_depths, sample_words)
+                add_sample(marks, rows, stride, word, farthest, sample_words, sample_depths, sums)
+            resolve(marks, rows, stride, samples, sums, own)
+        write_rgb(own, begin, rows, last_left, last_right, width, stride, rgb, rgb_words)
+
+
+@kernel
+def clear(words, depths, word, farthest, left, right, rows, stride):
+    """Empty columns left .. right - 1 of all rows."""
+    for row in range(rows):
+        first = np.uint64(row * stride)
+        for i in range(first + np.uint64(left), first + np.uint64(right)):
+            words[i] = word
+            depths[i] = farthest

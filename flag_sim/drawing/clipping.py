@@ -35,12 +35,13 @@ INSIDE, OUTSIDE, NOWHERE = 0, 1, 2
 @kernel
 def whereabouts(x, y, z, near, is_perspective):
     """Say whether a point is INSIDE all planes, OUTSIDE of one, or NOWHERE."""
-    if not (abs(x) < REACH and abs(y) < REACH and abs(z) < REACH):
-        return NOWHERE
     reach = GUARD * z if is_perspective else GUARD
-    if z >= near and abs(x) <= reach and abs(y) <= reach:
+    # The common case first: nothing else is then looked at.
+    if abs(x) <= reach and abs(y) <= reach and near <= z < REACH:
         return INSIDE
-    return OUTSIDE
+    if abs(x) < REACH and abs(y) < REACH and abs(z) < REACH:
+        return OUTSIDE
+    return NOWHERE
 
 
 @kernel

@@ -19,7 +19,6 @@ The colour is the triangle's own in a darker shade. A line is drawn into whole p
 of one away from the edge; there it has the nearness of the triangle's plane, held within that
 of its corners, so that the triangle does not hide its own edges.
 """
-from flag_sim.drawing.bands import next_row
 from flag_sim.drawing.spans import pack
 from flag_sim.drawing.tiles import TILE
 from flag_sim.kernels import kernel
@@ -35,17 +34,17 @@ BEFORE = 1e-4
 
 @kernel
 def draw_outline(corners, count, is_correct, is_painted, marks,
-                 band, bands, width, height, nearness, words):
+                 top, end, width, stride, depths, words):
     """Draw the edges of the polygon corners[1, :count]: u, v, nearness, red, green, blue."""
     for k in range(count):
         k_next = k + 1 if k + 1 < count else 0
         _draw_edge(corners, k, k_next, count, is_correct, is_painted, marks,
-                   band, bands, width, height, nearness, words)
+                   top, end, width, stride, depths, words)
 
 
 @kernel
 def _draw_edge(corners, a, b, count, is_correct, is_painted, marks,
-               band, bands, width, height, nearness, words):
+               top, end, width, stride, depths, words):
     # Both triangles of an edge draw it in the same direction, into the same pixels.
     if (corners[1, b, 0], corners[1, b, 1]) < (corners[1, a, 0], corners[1, a, 1]):
         a, b = b, a
@@ -57,31 +56,32 @@ def _draw_edge(corners, a, b, count, is_correct, is_painted, marks,
         lowest, highest = min(lowest, corners[1, k, 2]), max(highest, corners[1, k, 2])
     is_steep = abs(bv - av) > abs(bu - au)
     length, rise = (bv - av, bu - au) if is_steep else (bu - au, bv - av)
-    start, other_start, limit = (av, au, height) if is_steep else (au, av, width)
+    start, other_start, least, limit = (av, au, top, end) if is_steep else (au, av, 0, width)
     way = 1 if length >= 0 else -1
     length = abs(length)
-    # The steps i with start + i way inside the image.
-    begin = max(0, -start if way > 0 else start - limit + 1)
-    end = min(length, limit - 1 - start if way > 0 else start)
-    for i in range(begin, end + 1):
+    # The steps i with start + i way inside the rows or columns.
+    first = max(0, least - start if way > 0 else start - limit + 1)
+    last = min(length, limit - 1 - start if way > 0 else start - least)
+    for i in range(first, last + 1):
         # Bresenham's decision in closed form, so that a line may begin at the image's rim.
         other = other_start + (2 * rise * i + length) // max(2 * length, 1)
         u, v = (other, start + i * way) if is_steep else (start + i * way, other)
-        if u < 0 or u >= width or v < 0 or v >= height or next_row(v, band, bands) != v:
+        if u < 0 or u >= width or v < top or v >= end:
             continue
-        if marks.size > 0 and not marks[v // TILE, u // TILE]:
+        if marks.size > 0 and not marks[(v - top) // TILE, u // TILE]:
             continue
         s = corners[1, a, 2] + s_u * (u - corners[1, a, 0]) + s_v * (v - corners[1, a, 1])
         s = min(max(s, lowest), highest)
-        there = nearness[v * width + u]
+        pixel = (v - top) * stride + u
+        there = depths[pixel]
         if is_painted or s + BEFORE * abs(s) >= there:
             along = i / max(length, 1)
             # Perspective-correct colours come multiplied by nearness.
             divisor = DARKER
             if is_correct:
                 divisor *= corners[1, a, 2] + along * (corners[1, b, 2] - corners[1, a, 2])
-            nearness[v * width + u] = np.float32(s) if is_painted else max(np.float32(s), there)
-            words[v * width + u] = pack(
+            depths[pixel] = np.float32(s) if is_painted else max(np.float32(s), there)
+            words[pixel] = pack(
                 _between(corners, a, b, 3, along, divisor),
                 _between(corners, a, b, 4, along, divisor),
                 _between(corners, a, b, 5, along, divisor))

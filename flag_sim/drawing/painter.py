@@ -20,13 +20,13 @@ import numpy as np
 
 def far_to_near(triangles, view):
     """
-    Order triangles (m, 3) by the depth of their centres, the farthest first: (m,) int.
+    Order triangles (m, 3) by the depth of their centres, the farthest first: (m,) int32.
 
     view: (n, 3) X, Y, depth of the vertices. Triangles of the same depth keep their order.
     """
     depths = np.empty(len(triangles))
     _sums_of_depths(triangles, view, depths)
-    return np.argsort(-depths, kind='stable')
+    return np.argsort(-depths, kind='stable').astype(np.int32)
 
 
 @kernel

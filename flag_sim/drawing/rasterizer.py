@@ -20,97 +20,105 @@ one side alone (the top-left rule), so triangles that share an edge leave neithe
 Hidden surfaces are removed by a Z-buffer of float32 "nearness", where greater is nearer, of a
 measure that is affine on the screen: 1 / z in perspective, cleared to 0, and -z in orthographic
 projection, cleared to -inf. Both are exact for planes. In painter's algorithm later triangles
-cover earlier ones instead.
+cover earlier ones instead. Narrow triangles are drawn in groups (see blocks), others one by one,
+row by row; both cover the same pixels.
 """
-from flag_sim.drawing.bands import BAND, next_row
-from flag_sim.drawing.clipping import clip, INSIDE, MOST_CORNERS, NOWHERE
+from flag_sim.drawing.blocks import (
+    draw_narrow, EDGE_FIELDS, GROUP, PLACE_FIELDS, PLANE_FIELDS, VALUE_FIELDS)
+from flag_sim.drawing.clipping import clip, INSIDE, MOST_CORNERS
 from flag_sim.drawing.outline import draw_outline
-from flag_sim.drawing.projection import to_screen
+from flag_sim.drawing.projection import PLACES, to_screen
 from flag_sim.drawing.spans import empty, span_correct, span_linear
 from flag_sim.drawing.tiles import TILE
 from flag_sim.kernels import kernel
 
 import numpy as np
 
-# An edge meets a row of pixel centres at a multiple of 1 / (256 dv) pixels, dv its height in
-# places, below 2^23: so it misses a pixel centre by at least 2^-31 or not at all, and float64
-# knows where it is to better than 2^-36. Rounding up after taking off 2^-33 is therefore exact.
 SLACK = 2.0 ** -33
 
 
 @kernel
-def fill(triangles, order, closed, view, screen, where, colours, is_flat,
-         cu, cv, near, is_perspective, is_correct, is_painted, is_outlined,
-         shift_u, shift_v, marks, band, bands, width, height, nearness, words):
+def fill(triangles, numbers, count, is_narrow, closed, view, u, v, nearness, where, colours,
+         is_flat, cu, cv, near, is_perspective, is_correct, is_painted, is_outlined,
+         shift_u, shift_v, marks, top, end, width, stride, depths, words):
     """
-    Draw the triangles (m, 3) that `order` (k,) numbers into some rows of the image.
+    Draw those of triangles (m, 3) that numbers[:count] tells into rows top .. end - 1.
 
-    closed: from this triangle on backs are not drawn; view, screen, where: from project;
-    colours: (n, 2, 3) of both sides, 0..255, at vertices, or (m, 2, 3) of triangles if is_flat;
-    is_correct: interpolate colours perspective-correctly, else linearly on the screen;
-    is_painted: cover what was drawn before, near or far; is_outlined: draw the edges too;
-    shift_u, shift_v: where in the pixel its sample lies, from the centre [pixel], in whole
-    places; marks: tiles to draw into (see tiles), all if it has none; band, bands: see bands;
-    nearness, words: (height width,) at least, float32 and uint32.
-    Triangles with a vertex NOWHERE are not drawn.
+    is_narrow: from cull; closed: from this triangle on backs are not drawn; view, u, v, nearness,
+    where: from project; colours: (n, 2, 3) of both sides, 0..255, at vertices, or (m, 2, 3) of
+    triangles if is_flat; is_correct: interpolate colours perspective-correctly, else linearly on
+    the screen; is_painted: cover what was drawn before, near or far; is_outlined: draw the edges
+    too; shift_u, shift_v: where in the pixel its sample lies, from the centre [1 / PLACES pixel];
+    marks: tiles from row `top` on that are wanted (see tiles), all if it has none; depths, words:
+    nearness float32 and colours uint32 of the rows, `stride` pixels each, a multiple of LANES.
+    No triangle may have a vertex NOWHERE.
     """
-    shape = np.empty((2, MOST_CORNERS + 1, 6))
-    planes = np.empty((3, 4))
-    for t in order:
-        # Unsigned, so that no index is checked for being counted from the end.
-        a, b = np.uint64(triangles[t, 0]), np.uint64(triangles[t, 1])
-        c = np.uint64(triangles[t, 2])
-        state = where[a] | where[b] | where[c]
-        if state >= NOWHERE:
+    places, values = np.empty(PLACE_FIELDS * GROUP, np.int32), np.empty(VALUE_FIELDS * GROUP)
+    edges = np.empty(EDGE_FIELDS * GROUP, np.int32)
+    group_planes = np.empty(PLANE_FIELDS * GROUP, np.float32)
+    shape, planes = np.empty((2, MOST_CORNERS + 1, 6)), np.empty((3, 4))
+    k = np.uint64(0)
+    while k < count:
+        first = k
+        while k < count and k - first < GROUP and is_narrow[numbers[k]] and not is_outlined:
+            k += np.uint64(1)
+        if k > first:
+            draw_narrow(triangles, numbers, first, k - first, closed, u, v, nearness, colours,
+                       is_flat, is_correct, is_painted, shift_u, shift_v, top, end, width, stride,
+                       places, values, edges, group_planes, depths, words)
             continue
-        if state == INSIDE:
-            # Most triangles of a fine mesh lie in other threads' bands, or between rows.
-            top = min(screen[a, 1], screen[b, 1], screen[c, 1]) - shift_v
-            bottom = max(screen[a, 1], screen[b, 1], screen[c, 1]) - shift_v
-            row = next_row(max(int(np.ceil(top)), 0), band, bands)
-            if row >= min(bottom, float(height)) and not is_outlined:
-                continue
-            side = _side(screen[a, 0], screen[a, 1], screen[b, 0], screen[b, 1],
-                         screen[c, 0], screen[c, 1])
-        else:
-            side = _side_of_view(view, a, b, c, is_perspective)
-        if side < 0 or (side == 1 and t >= closed):
-            continue
-        for k in range(3):
-            vertex = np.uint64(triangles[t, k])
-            matter = np.uint64(t) if is_flat else vertex
-            for axis in range(3):
-                shape[1, k, axis] = screen[vertex, axis]
-                shape[1, k, 3 + axis] = colours[matter, side, axis]
-        count = 3
-        if state != INSIDE:
-            for k in range(3):
-                for axis in range(3):
-                    shape[0, k, axis] = view[triangles[t, k], axis]
-                    shape[0, k, 3 + axis] = shape[1, k, 3 + axis]
-            count = clip(shape, near, is_perspective)
-            for k in range(count):
-                shape[1, k, 0], shape[1, k, 1], shape[1, k, 2] = to_screen(
-                    shape[1, k, 0], shape[1, k, 1], shape[1, k, 2], cu, cv, is_perspective)
-        for k in range(count):
-            # Perspective-correct colours are interpolated multiplied by nearness.
-            shape[1, k, 0] -= shift_u
-            shape[1, k, 1] -= shift_v
+        t = np.uint64(numbers[k])
+        k += np.uint64(1)
+        corners = _shape(triangles, t, closed, view, u, v, nearness, where, colours, is_flat,
+                         cu, cv, near, is_perspective, shape)
+        for corner in range(corners):
+            shape[1, corner, 0] -= shift_u / PLACES
+            shape[1, corner, 1] -= shift_v / PLACES
             if is_correct:
+                # Perspective-correct colours are interpolated multiplied by nearness.
                 for axis in range(3, 6):
-                    shape[1, k, axis] *= shape[1, k, 2]
-        for k in range(2, count):
-            fill_triangle(shape, np.uint64(0), np.uint64(k - 1), np.uint64(k), planes,
-                          is_correct, is_painted, marks,
-                          band, bands, width, height, nearness, words)
+                    shape[1, corner, axis] *= shape[1, corner, 2]
+        for corner in range(2, corners):
+            fill_triangle(shape, np.uint64(0), np.uint64(corner - 1), np.uint64(corner), planes,
+                          is_correct, is_painted, marks, top, end, width, stride, depths, words)
         if is_outlined:
-            draw_outline(shape, count, is_correct, is_painted, marks,
-                         band, bands, width, height, nearness, words)
+            draw_outline(shape, corners, is_correct, is_painted, marks, top, end, width, stride,
+                         depths, words)
+
+
+@kernel
+def _shape(triangles, t, closed, view, u, v, nearness, where, colours, is_flat, cu, cv, near,
+           is_perspective, shape):
+    """Put what is seen of a triangle in shape[1]: u, v, nearness, colours; count its corners."""
+    a, b, c = np.uint64(triangles[t, 0]), np.uint64(triangles[t, 1]), np.uint64(triangles[t, 2])
+    is_whole = (where[a] | where[b] | where[c]) == INSIDE
+    if is_whole:
+        side = _side(float(u[a]), float(v[a]), float(u[b]), float(v[b]), float(u[c]), float(v[c]))
+    else:
+        side = _side_of_view(view, a, b, c, is_perspective)
+    if side < 0 or (side == 1 and t >= closed):
+        return 0
+    for k in range(3):
+        vertex = np.uint64(triangles[t, k])
+        matter = t if is_flat else vertex
+        shape[1, k, 0], shape[1, k, 1] = u[vertex] / PLACES, v[vertex] / PLACES
+        shape[1, k, 2] = nearness[vertex]
+        for axis in range(3):
+            shape[0, k, axis] = view[vertex, axis]
+            shape[0, k, 3 + axis] = shape[1, k, 3 + axis] = colours[matter, side, axis]
+    if is_whole:
+        return 3
+    corners = clip(shape, near, is_perspective)
+    for k in range(corners):
+        place_u, place_v, shape[1, k, 2] = to_screen(
+            shape[1, k, 0], shape[1, k, 1], shape[1, k, 2], cu, cv, is_perspective)
+        shape[1, k, 0], shape[1, k, 1] = place_u / PLACES, place_v / PLACES
+    return corners
 
 
 @kernel
 def fill_triangle(corners, a, b, c, planes, is_correct, is_painted, marks,
-                  band, bands, width, height, nearness, words):
+                  top, bottom, width, stride, depths, words):
     """
     Draw a triangle of corners[1], (n, 6): u, v, nearness, red, green, blue.
 
@@ -130,9 +138,8 @@ def fill_triangle(corners, a, b, c, planes, is_correct, is_painted, marks,
     if area == 0.0:
         return
 
-    # Rows whose centres lie in [top, bottom).
-    row = next_row(max(int(np.ceil(av)), 0), band, bands)
-    end = min(int(np.ceil(cv)), height)
+    # Rows whose centres lie in [av, cv).
+    row, end = max(int(np.ceil(av)), top), min(int(np.ceil(cv)), bottom)
     if row >= end or max(au, bu, cu) <= 0.0 or min(au, bu, cu) > width - 1.0:
         return
 
@@ -160,27 +167,25 @@ def fill_triangle(corners, a, b, c, planes, is_correct, is_painted, marks,
             run, is_wanted = stop, True
             if marks.size > 0:
                 run = min((begin // TILE + 1) * TILE, stop)
-                is_wanted = marks[row // TILE, begin // TILE]
+                is_wanted = marks[(row - top) // TILE, begin // TILE]
             if is_wanted:
                 du, dv = begin - au, row - av
-                first, count = np.uint64(row * width + begin), np.uint64(run - begin)
+                first, count = np.uint64((row - top) * stride + begin), np.uint64(run - begin)
                 s, ds = _at(planes, 0, du, dv)
                 r, dr = _at(planes, 1, du, dv)
                 g, dg = _at(planes, 2, du, dv)
                 b_, db = _at(planes, 3, du, dv)
                 if is_painted:
                     # What is emptied first is covered; a test in the span would slow it down.
-                    empty(nearness, first, count)
+                    empty(depths, first, count)
                 if is_correct:
-                    span_correct(words, nearness, first, count,
+                    span_correct(words, depths, first, count,
                                  s, ds, r, dr, g, dg, b_, db)
                 else:
-                    span_linear(words, nearness, first, count,
+                    span_linear(words, depths, first, count,
                                 s, ds, r, dr, g, dg, b_, db)
             begin = run
         row += 1
-        if row % BAND == 0:
-            row = next_row(row, band, bands)
 
 
 @kernel

@@ -20,8 +20,8 @@ pixels then differ are drawn again, once for each sample, and averaged: elsewher
 smooth, and the centre's is the average already. What is so thin that it slips between all pixel
 centres of a tile and of its rim is not found, and stays as it is with one sample.
 """
-from flag_sim.drawing.bands import next_row
-from flag_sim.drawing.clipping import INSIDE, NOWHERE
+from flag_sim.drawing.clipping import INSIDE
+from flag_sim.drawing.projection import PLACE_BITS
 from flag_sim.kernels import kernel
 
 import numpy as np
@@ -51,32 +51,22 @@ PATTERNS = {
 }
 
 
-def no_marks():
-    """Give marks that no tile has: then all of the image is drawn."""
-    return np.empty((0, 0), np.bool_)
-
-
-def marks_for(width, height):
-    """Make marks for an image's tiles: (rows of tiles, columns of tiles) bool."""
-    return np.zeros((-(-height // TILE), -(-width // TILE)), np.bool_)
-
-
 @kernel
-def mark_edges(words, width, height, band, bands, worst, marks):
+def mark_edges(words, begin, end, width, height, stride, worst, marks):
     """
-    Mark the tiles of some bands where neighbours differ, within them or across their rim.
+    Mark the tiles of rows begin .. end - 1 where neighbours differ, in them or across their rim.
 
-    words: (height width,) at least, uint32; worst: (width + TILE,) uint32, for the work in
-    between.
+    words: the rows from begin - 1 to end, `stride` pixels each; worst: (stride,) uint32, for the
+    work in between; marks: (BAND / TILE, stride / TILE) bool.
     """
-    top = next_row(0, band, bands)
-    while top < height:
-        first, last = max(top - 1, 0), min(top + TILE, height - 1)
+    for tile_row in range((end - begin + TILE - 1) // TILE):
+        first = max(begin + tile_row * TILE - 1, 0)
+        last = min(begin + tile_row * TILE + TILE, height - 1)
         worst[:] = 0
         for row in range(first, last + 1):
-            here = np.uint64(row * width)
+            here = np.uint64((row - begin + 1) * stride)
             # The last row is its own neighbour below.
-            below = np.uint64(width if row < last else 0)
+            below = np.uint64(stride if row < last else 0)
             for j in range(np.uint64(width - 1)):
                 word = words[here + j]
                 worst[j] |= (_differs(word, words[here + j + np.uint64(1)])
@@ -88,102 +78,80 @@ def mark_edges(words, width, height, band, bands, worst, marks):
             found = worst[max(tile * TILE - 1, 0)]
             for j in range(TILE):
                 found |= worst[tile * TILE + j]
-            marks[top // TILE, tile] = found != 0
-        top = next_row(top + TILE, band, bands)
+            marks[tile_row, tile] = found != 0
 
 
 @kernel
-def touching(triangles, order, screen, where, marks, width, height, band, bands, found):
+def touching(triangles, numbers, count, u, v, where, marks, begin, end, width, found):
     """
-    Collect in `found` those of `order` that can touch a marked tile of the bands; count them.
+    Collect in `found` those of numbers[:count] that can touch a marked tile; count them.
 
     All but triangles that are INSIDE are taken to touch.
     """
-    count = 0
-    for t in order:
+    kept = np.uint64(0)
+    for k in range(count):
+        t = numbers[k]
         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-        state = where[a] | where[b] | where[c]
-        if state >= NOWHERE:
-            continue
-        is_found = state != INSIDE
+        is_found = (where[a] | where[b] | where[c]) != INSIDE
         if not is_found:
             # Samples lie within half a pixel of the centre, and outlines half a pixel farther.
-            left = min(screen[a, 0], screen[b, 0], screen[c, 0]) - 1.0
-            right = max(screen[a, 0], screen[b, 0], screen[c, 0]) + 1.0
-            top = min(screen[a, 1], screen[b, 1], screen[c, 1]) - 1.0
-            bottom = max(screen[a, 1], screen[b, 1], screen[c, 1]) + 1.0
-            if right < 0.0 or bottom < 0.0 or left > width - 1.0 or top > height - 1.0:
-                continue
-            row = next_row(int(max(top, 0.0)), band, bands)
-            last = int(min(bottom, height - 1.0))
-            tile_first = int(max(left, 0.0)) // TILE
-            tile_last = int(min(right, width - 1.0)) // TILE
-            while row <= last and not is_found:
-                for tile in range(tile_first, tile_last + 1):
-                    is_found |= marks[row // TILE, tile]
-                row = next_row((row // TILE + 1) * TILE, band, bands)
-        if is_found:
-            found[count] = t
-            count += 1
-    return count
+            left = max((min(u[a], u[b], u[c]) >> PLACE_BITS) - 1, 0)
+            right = min((max(u[a], u[b], u[c]) >> PLACE_BITS) + 2, width - 1)
+            top = max((min(v[a], v[b], v[c]) >> PLACE_BITS) - 1, begin)
+            bottom = min((max(v[a], v[b], v[c]) >> PLACE_BITS) + 2, end - 1)
+            if left <= right and top <= bottom:
+                for row in range((top - begin) // TILE, (bottom - begin) // TILE + 1):
+                    for tile in range(left // TILE, right // TILE + 1):
+                        is_found |= marks[row, tile]
+        found[kept] = t
+        kept += np.uint64(is_found)
+    return kept
 
 
 @kernel
-def clear_marked(marks, width, height, band, bands, word, farthest, words, nearness, sums):
-    """Empty the marked tiles of the bands before the first sample is drawn."""
-    top = next_row(0, band, bands)
-    while top < height:
+def clear_marked(marks, rows, stride, word, farthest, words, depths, sums):
+    """Empty the marked tiles of `rows` rows before the first sample is drawn."""
+    for row in range(rows):
         for tile in range(marks.shape[1]):
-            if not marks[top // TILE, tile]:
-                continue
-            for row in range(top, min(top + TILE, height)):
-                begin = row * width + tile * TILE
-                for i in range(begin, begin + min(TILE, width - tile * TILE)):
+            if marks[row // TILE, tile]:
+                first = np.uint64(row * stride + tile * TILE)
+                for i in range(first, first + np.uint64(TILE)):
                     words[i] = word
-                    nearness[i] = farthest
+                    depths[i] = farthest
                     sums[0, i] = sums[1, i] = 0
-        top = next_row(top + TILE, band, bands)
 
 
 @kernel
-def add_sample(marks, width, height, band, bands, word, farthest, words, nearness, sums):
+def add_sample(marks, rows, stride, word, farthest, words, depths, sums):
     """
     Add a sample's colours to the sums and empty its tiles for the next.
 
-    sums: (2, height width) uint32: [0] red and blue, [1] green, 16 bits each.
+    sums: (2, rows stride) uint32: [0] red and blue, [1] green, 16 bits each.
     """
-    top = next_row(0, band, bands)
-    while top < height:
+    for row in range(rows):
         for tile in range(marks.shape[1]):
-            if not marks[top // TILE, tile]:
-                continue
-            for row in range(top, min(top + TILE, height)):
-                begin = row * width + tile * TILE
-                for i in range(begin, begin + min(TILE, width - tile * TILE)):
+            if marks[row // TILE, tile]:
+                first = np.uint64(row * stride + tile * TILE)
+                for i in range(first, first + np.uint64(TILE)):
                     sums[0, i] += words[i] & np.uint32(0xff00ff)
                     sums[1, i] += words[i] >> np.uint32(8) & np.uint32(0xff)
                     words[i] = word
-                    nearness[i] = farthest
-        top = next_row(top + TILE, band, bands)
+                    depths[i] = farthest
 
 
 @kernel
-def resolve(marks, width, height, band, bands, samples, sums, words):
+def resolve(marks, rows, stride, samples, sums, words):
     """Write the sums of `samples` (4, 8 or 16) samples, averaged and rounded, as colours."""
     half = np.uint32(samples // 2)
-    top = next_row(0, band, bands)
-    while top < height:
+    for row in range(rows):
         for tile in range(marks.shape[1]):
-            if not marks[top // TILE, tile]:
-                continue
-            for row in range(top, min(top + TILE, height)):
-                begin = row * width + tile * TILE
-                for i in range(begin, begin + min(TILE, width - tile * TILE)):
+            if marks[row // TILE, tile]:
+                first = np.uint64(row * stride + tile * TILE)
+                for i in range(first, first + np.uint64(TILE)):
                     red = ((sums[0, i] & np.uint32(0xffff)) + half) // np.uint32(samples)
                     green = (sums[1, i] + half) // np.uint32(samples)
                     blue = ((sums[0, i] >> np.uint32(16)) + half) // np.uint32(samples)
                     words[i] = red | green << np.uint32(8) | blue << np.uint32(16)
-        top = next_row(top + TILE, band, bands)
 
 
 @kernel

@@ -30,7 +30,8 @@ os.environ['LP_NUM_THREADS'] = '0'  # llvmpipe draws in the calling thread; read
 
 from flag_sim.drawing import Camera, Light, Picture, Scene, Style  # noqa: E402
 from flag_sim.drawing.assembly import Assembly  # noqa: E402
-from flag_sim.drawing.canvas import Canvas  # noqa: E402
+from flag_sim.drawing.bands import BAND, clear, Desk  # noqa: E402
+from flag_sim.drawing.canvas import Canvas, write_rgb  # noqa: E402
 from flag_sim.drawing.spans import span_linear  # noqa: E402
 
 import numpy as np  # noqa: E402
@@ -78,15 +79,21 @@ def floor(flag, normals):
     picture = Picture()
     picture.draw(flag, normals, CAMERA)
     drawn = np.isfinite(picture.depth())
-    v, u = np.nonzero(drawn)
-    rectangle = [(int(v.min()), int(v.max()) + 1, int(u.min()), int(u.max()) + 1)]
-    canvas = Canvas(CAMERA.width, CAMERA.height, np.uint32(0), 0.0)
+    columns = drawn.any(axis=0)
+    first, last = int(np.argmax(columns)), CAMERA.width - int(np.argmax(columns[::-1]))
+    canvas, desk = Canvas(CAMERA.width, CAMERA.height, 1, 0, 0.0), Desk(CAMERA.width, 0, False)
+    words, depths = desk.arrays[:2]
     ramp = np.float32([0.1, 1e-9, 200, 1e-6, 40, 1e-6, 40, 1e-6])
+    bands = [(top, np.uint64(drawn[top:top + BAND].sum()))
+             for top in range(0, CAMERA.height, BAND) if drawn[top:top + BAND].any()]
 
     def draw(points, normals):
-        canvas.clear(rectangle, 0, 1)
-        span_linear(canvas.words, canvas.nearness, np.uint64(0), np.uint64(drawn.sum()), *ramp)
-        canvas.to_bytes(rectangle, 0, 1)
+        for top, count in bands:
+            rows = min(BAND, CAMERA.height - top)
+            clear(words, depths, np.uint32(0), np.float32(0.0), first, last, rows, desk.stride)
+            span_linear(words, depths, np.uint64(0), count, *ramp)
+            write_rgb(words, top, rows, first, last, CAMERA.width, desk.stride,
+                      canvas.byte_array, canvas.word_array)
 
     return draw
 

@@ -1,0 +1,218 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Narrow triangles, many at a time.
+
+They are fetched, set up and drawn in groups. Setting up is one loop over a group's triangles,
+which LLVM turns into vector instructions: a group's arrays are flat, field after field, GROUP
+places each. A triangle covers a pixel where its three edge functions (Pineda, 1988) are not
+negative; they are whole numbers of square places, so coverage is exact. Rows are drawn in
+blocks of LANES pixels at columns that are multiples of LANES: what one triangle stores, the next
+one loads in one piece, which a processor forwards at once, while pieces that overlap in part, or
+under a mask, wait for memory.
+"""
+from flag_sim.drawing.projection import next_centre, PLACE_BITS, PLACES
+from flag_sim.drawing.spans import LANES, pack, WHOLE
+from flag_sim.kernels import kernel
+
+import numpy as np
+
+GROUP = 64
+# Fields of a triangle: corner a and the ways from it to b and c [places].
+A_U, A_V, P_U, P_V, Q_U, Q_V = (np.uint64(k * GROUP) for k in range(6))
+PLACE_FIELDS = 6
+# At a, b and c: nearness, red, green, blue.
+VALUE_FIELDS = 12
+# Three edge functions at the first pixel, their changes a column and a row; the columns' start
+# and number, rows' start and end.
+EDGE, EDGE_U, EDGE_V = (np.uint64(3 * k * GROUP) for k in range(3))
+LEFT, COUNT, TOP, END = (np.uint64(k * GROUP) for k in range(9, 13))
+EDGE_FIELDS = 13
+# Nearness, red, green, blue: at the first pixel, their changes a column and a row.
+PLANE_FIELDS = 12
+ONE, TWO, THREE = np.uint64(GROUP), np.uint64(2 * GROUP), np.uint64(3 * GROUP)
+ZERO = np.int32(0)
+
+
+@kernel
+def draw_narrow(triangles, numbers, first, count, closed, u, v, nearness, colours, is_flat,
+               is_correct, is_painted, shift_u, shift_v, top, end, width, stride,
+               places, values, edges, planes, depths, words):
+    """
+    Draw `count` triangles, at most GROUP, numbers[first] and on, into rows top .. end - 1.
+
+    All are INSIDE and narrow (see culling). closed, colours, is_flat, is_correct, is_painted,
+    shift_u, shift_v, stride: see rasterizer.fill; places, values, edges, planes: for the work in
+    between; depths, words: nearness and colours of the rows.
+    """
+    kept = _fetch(triangles, numbers, first, count, closed, u, v, nearness, colours, is_flat,
+                  is_correct, shift_u, shift_v, places, values)
+    _set_up(kept, width, places, values, edges, planes)
+    if not is_painted:
+        _draw_rows(np.uint64(0), kept, edges, planes, is_correct, top, end, stride, depths, words)
+        return
+    for k in range(kept):
+        # What is emptied first is covered.
+        _empty_rows(k, edges, top, end, stride, depths)
+        _draw_rows(k, k + np.uint64(1), edges, planes, is_correct, top, end, stride, depths, words)
+
+
+@kernel
+def _fetch(triangles, numbers, first, count, closed, u, v, nearness, colours, is_flat,
+           is_correct, shift_u, shift_v, places, values):
+    """Gather what is known of the corners; backs of closed bodies are left out."""
+    kept = np.uint64(0)
+    for k in range(count):
+        t = np.uint64(numbers[first + k])
+        a, b = np.uint64(triangles[t, 0]), np.uint64(triangles[t, 1])
+        c = np.uint64(triangles[t, 2])
+        au, av = u[a] - shift_u, v[a] - shift_v
+        pu, pv = u[b] - shift_u - au, v[b] - shift_v - av
+        qu, qv = u[c] - shift_u - au, v[c] - shift_v - av
+        area = pu * qv - qu * pv
+        places[A_U + kept], places[A_V + kept] = au, av
+        places[P_U + kept], places[P_V + kept] = pu, pv
+        places[Q_U + kept], places[Q_V + kept] = qu, qv
+        # v points down, so the front, counterclockwise, has a negative area.
+        side = np.uint64(area > 0)
+        matter_a, matter_b, matter_c = (t, t, t) if is_flat else (a, b, c)
+        sa, sb, sc = nearness[a], nearness[b], nearness[c]
+        values[kept], values[kept + np.uint64(4 * GROUP)] = sa, sb
+        values[kept + np.uint64(8 * GROUP)] = sc
+        # Perspective-correct colours are interpolated multiplied by nearness.
+        wa, wb, wc = (sa, sb, sc) if is_correct else (1.0, 1.0, 1.0)
+        for channel in range(3):
+            place = kept + np.uint64((1 + channel) * GROUP)
+            values[place] = wa * colours[matter_a, side, channel]
+            values[place + np.uint64(4 * GROUP)] = wb * colours[matter_b, side, channel]
+            values[place + np.uint64(8 * GROUP)] = wc * colours[matter_c, side, channel]
+        kept += np.uint64((side == 0) | (t < closed))
+    return kept
+
+
+@kernel
+def _set_up(count, width, places, values, edges, planes):
+    """Make edge functions and planes; each value q is q_0 + q_u (u - ua) + q_v (v - va)."""
+    full = np.int32(PLACES)
+    for k in range(count):
+        au, av = places[A_U + k], places[A_V + k]
+        pu, pv, qu, qv = places[P_U + k], places[P_V + k], places[Q_U + k], places[Q_V + k]
+        area = pu * qv - qu * pv
+        left = next_centre(au + min(pu, qu, ZERO))
+        right = next_centre(au + max(pu, qu, ZERO))
+        top = max(next_centre(av + min(pv, qv, ZERO)), ZERO)
+        left = max(left & np.int32(-LANES), ZERO)
+        right = min(right, np.int32(width))
+        edges[LEFT + k], edges[COUNT + k] = left, max(right - left, ZERO)
+        edges[TOP + k] = top
+        edges[END + k] = next_centre(av + max(pv, qv, ZERO))
+        du, dv = left * full - au, top * full - av
+        sign = np.int32(1) if area > 0 else np.int32(-1)
+        # From a to b, from c to a and from b to c, inside to the left.
+        change_u, change_v = -pv * sign, pu * sign
+        edges[EDGE + k] = _in_steps(change_u * du + change_v * dv, change_u, change_v)
+        edges[EDGE_U + k], edges[EDGE_V + k] = change_u, change_v
+        change_u, change_v = qv * sign, -qu * sign
+        edges[EDGE + ONE + k] = _in_steps(change_u * du + change_v * dv, change_u, change_v)
+        edges[EDGE_U + ONE + k], edges[EDGE_V + ONE + k] = change_u, change_v
+        change_u, change_v = (pv - qv) * sign, (qu - pu) * sign
+        edges[EDGE + TWO + k] = _in_steps(
+            change_u * (du - pu) + change_v * (dv - pv), change_u, change_v)
+        edges[EDGE_U + TWO + k], edges[EDGE_V + TWO + k] = change_u, change_v
+
+        share = PLACES / area
+        bu, bv, cu, cv = qv * share, -qu * share, -pv * share, pu * share
+        x, y = du / PLACES, dv / PLACES
+        # Four values, written out: LLVM vectorises no loop that has another one inside.
+        _plane(values, planes, k, np.uint64(0), bu, bv, cu, cv, x, y)
+        _plane(values, planes, k, np.uint64(1), bu, bv, cu, cv, x, y)
+        _plane(values, planes, k, np.uint64(2), bu, bv, cu, cv, x, y)
+        _plane(values, planes, k, np.uint64(3), bu, bv, cu, cv, x, y)
+
+
+@kernel
+def _in_steps(edge, change_u, change_v):
+    """
+    Divide an edge function by PLACES, which is what a pixel changes it in; keep its sign.
+
+    A point on an edge that is neither top nor left is outside, so there the quotient is negative.
+    """
+    is_excluded = (change_u < 0) | ((change_u == 0) & (change_v < 0))
+    return np.int32((edge - (1 if is_excluded else 0)) >> PLACE_BITS)
+
+
+@kernel
+def _plane(values, planes, k, q, bu, bv, cu, cv, x, y):
+    place = q * np.uint64(GROUP) + k
+    start = values[place]
+    along_b = values[place + np.uint64(4 * GROUP)] - start
+    along_c = values[place + np.uint64(8 * GROUP)] - start
+    change_u, change_v = along_b * bu + along_c * cu, along_b * bv + along_c * cv
+    place = q * THREE + k
+    planes[place] = start + change_u * x + change_v * y
+    planes[place + ONE], planes[place + TWO] = change_u, change_v
+
+
+@kernel
+def _draw_rows(first_k, end_k, edges, planes, is_correct, begin, end, stride, depths, words):
+    """Draw block after block of the rows of triangles first_k .. end_k - 1 of the group."""
+    for k in range(first_k, end_k):
+        top = edges[TOP + k]
+        columns = (np.uint64(edges[COUNT + k]) + np.uint64(LANES - 1)) & WHOLE
+        a_u, b_u, c_u = edges[EDGE_U + k], edges[EDGE_U + ONE + k], edges[EDGE_U + TWO + k]
+        ds, dr = planes[ONE + k], planes[THREE + ONE + k]
+        dg, db = planes[np.uint64(7 * GROUP) + k], planes[np.uint64(10 * GROUP) + k]
+        for row in range(max(top, begin), min(edges[END + k], end)):
+            # From the triangle's own first row, so that bands make no difference.
+            y = np.int32(row - top)
+            a = edges[EDGE + k] + y * edges[EDGE_V + k]
+            b = edges[EDGE + ONE + k] + y * edges[EDGE_V + ONE + k]
+            c = edges[EDGE + TWO + k] + y * edges[EDGE_V + TWO + k]
+            down = np.float32(y)
+            s = planes[k] + planes[TWO + k] * down
+            red = planes[THREE + k] + planes[THREE + TWO + k] * down
+            green = planes[np.uint64(6 * GROUP) + k] + planes[np.uint64(8 * GROUP) + k] * down
+            blue = planes[np.uint64(9 * GROUP) + k] + planes[np.uint64(11 * GROUP) + k] * down
+            first = np.uint64((row - begin) * stride + edges[LEFT + k])
+            for j in range(columns):
+                n = np.int32(j)
+                i = np.float32(n)
+                there = depths[first + j]
+                is_inside = ((a + n * a_u) | (b + n * b_u) | (c + n * c_u)) >= 0
+                here = s + ds * i if is_inside else np.float32(-np.inf)
+                # Stored whether it is new or not: LLVM would mask a store under a condition.
+                depths[first + j] = max(here, there)
+                if here > there:
+                    # Perspective-correct colours come times nearness (Heckbert, 1989).
+                    depth = np.float32(1.0) / here if is_correct else np.float32(1.0)
+                    words[first + j] = pack((red + dr * i) * depth, (green + dg * i) * depth,
+                                            (blue + db * i) * depth)
+
+
+@kernel
+def _empty_rows(k, edges, begin, end, stride, depths):
+    """Take away the nearness of what is drawn where triangle k of the group is."""
+    columns = (np.uint64(edges[COUNT + k]) + np.uint64(LANES - 1)) & WHOLE
+    for row in range(max(edges[TOP + k], begin), min(edges[END + k], end)):
+        y = np.int32(row - edges[TOP + k])
+        a = edges[EDGE + k] + y * edges[EDGE_V + k]
+        b = edges[EDGE + ONE + k] + y * edges[EDGE_V + ONE + k]
+        c = edges[EDGE + TWO + k] + y * edges[EDGE_V + TWO + k]
+        first = np.uint64((row - begin) * stride + edges[LEFT + k])
+        for j in range(columns):
+            n = np.int32(j)
+            a_here, b_here = a + n * edges[EDGE_U + k], b + n * edges[EDGE_U + ONE + k]
+            if (a_here | b_here | (c + n * edges[EDGE_U + TWO + k])) >= 0:
+                depths[first + j] = -np.inf

@@ -1,0 +1,89 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Which triangles can be seen at all, and in which rows: told once a frame, for all bands."""
+from flag_sim.drawing.clipping import INSIDE, NOWHERE
+from flag_sim.drawing.projection import next_centre, PLACES
+from flag_sim.kernels import kernel
+
+import numpy as np
+
+# Triangles in a row that share a box, so that a band passes by most of them at once.
+CHUNK = 64
+# Up to this width [1 / PLACES pixel] triangles are drawn in blocks. Where it ends is a matter of
+# speed; however high, the edge functions of one so narrow stay below 2^31: see blocks.
+NARROW = 32 * PLACES
+
+
+@kernel
+def cull(triangles, order, u, v, where, margin, width, height, is_narrow, spans, boxes):
+    """
+    Find the rows that triangles (m, 3) in `order` (m,) can cover.
+
+    u, v, where: from project; margin: [1 / PLACES pixel] around the pixels' centres. Writes
+    is_narrow (m,) bool, by the triangle's number: see blocks; and by the place in `order`: spans
+    (2, m) int16, first row and end, both 0 for what cannot be seen; boxes (4, chunks) int32: the
+    same and first column and end of each CHUNK.
+    """
+    for chunk in range(boxes.shape[1]):
+        first, last = chunk * CHUNK, min((chunk + 1) * CHUNK, order.shape[0])
+        box_top, box_end = np.int32(height), np.int32(0)
+        box_left, box_right = np.int32(width), np.int32(0)
+        for k in range(np.uint64(first), np.uint64(last)):
+            t = np.uint64(order[k])
+            a, b = np.uint64(triangles[t, 0]), np.uint64(triangles[t, 1])
+            c = np.uint64(triangles[t, 2])
+            state = max(where[a], where[b], where[c])
+            u_least, u_most = min(u[a], u[b], u[c]), max(u[a], u[b], u[c])
+            v_least, v_most = min(v[a], v[b], v[c]), max(v[a], v[b], v[c])
+            # What is not INSIDE can be anywhere.
+            is_inside = state == INSIDE
+            left = next_centre(u_least - margin) if is_inside else np.int32(0)
+            right = next_centre(u_most + margin) if is_inside else np.int32(width)
+            top = next_centre(v_least - margin) if is_inside else np.int32(0)
+            end = next_centre(v_most + margin) if is_inside else np.int32(height)
+            left, right = max(left, np.int32(0)), min(right, np.int32(width))
+            top, end = max(top, np.int32(0)), min(end, np.int32(height))
+            is_seen = (state < NOWHERE) & (left < right) & (top < end)
+            is_narrow[t] = is_inside & (u_most - u_least <= NARROW)
+            spans[0, k] = top if is_seen else np.int32(0)
+            spans[1, k] = end if is_seen else np.int32(0)
+            box_top = min(box_top, top if is_seen else np.int32(height))
+            box_end = max(box_end, end if is_seen else np.int32(0))
+            box_left = min(box_left, left if is_seen else np.int32(width))
+            box_right = max(box_right, right if is_seen else np.int32(0))
+        boxes[0, chunk], boxes[1, chunk] = box_top, box_end
+        boxes[2, chunk], boxes[3, chunk] = box_left, box_right
+
+
+@kernel
+def collect(order, spans, boxes, begin, end, found):
+    """
+    Collect in `found` the triangles that can cover rows begin .. end - 1, in their order.
+
+    order, spans, boxes: of cull; found: (m + 1,). Returns how many, and the first column and end
+    that they can cover.
+    """
+    count = np.uint64(0)
+    left, right = 2 ** 30, 0
+    for chunk in range(boxes.shape[1]):
+        if boxes[0, chunk] >= end or boxes[1, chunk] <= begin:
+            continue
+        left, right = min(left, boxes[2, chunk]), max(right, boxes[3, chunk])
+        first, last = chunk * CHUNK, min((chunk + 1) * CHUNK, order.shape[0])
+        for k in range(np.uint64(first), np.uint64(last)):
+            # Written always, kept if it counts: a branch would be guessed wrong too often.
+            found[count] = order[k]
+            count += np.uint64((spans[0, k] < end) & (spans[1, k] > begin))
+    return count, left, right
