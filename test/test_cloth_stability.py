@@ -319,7 +319,7 @@ def test_what_diverges_by_nature_is_held_and_goes_on(solver):
     """Light cloth in a storm by the letter of 1.3: the message tells the bound and a way out."""
     cloth = Cloth(5, 7, solver=solver, air=Air(law='seed'), stretch_limit=1e6,
                   material=Material(1e-9, damping=0.0), stepping=Stepping(substeps_limit=5))
-    told = f'beyond .* {solver} .*; no step is stable for {solver}; symplectic is stable in '
+    told = f'no step is stable for {solver}; symplectic is stable in steps of'
     with pytest.raises(Diverged, match=told):
         for _ in range(100):
             good = cloth.positions
