@@ -23,8 +23,14 @@ os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
 _domains = itertools.count(1)
 
 
-@pytest.fixture
-def domain():
-    """Return a ROS domain that no other test of this run uses at the same time."""
+@pytest.fixture(scope='session')
+def new_domain():
+    """Return a function that returns a ROS domain, another one at each of a hundred calls."""
     # Domains 1 to 100 stay below the ports that Linux hands out by itself.
-    return 1 + (os.getpid() + next(_domains)) % 100
+    return lambda: 1 + (os.getpid() + next(_domains)) % 100
+
+
+@pytest.fixture
+def domain(new_domain):
+    """Return a ROS domain that no other test of this run uses at the same time."""
+    return new_domain()

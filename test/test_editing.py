@@ -53,9 +53,9 @@ class Played:
 
 
 @pytest.fixture(scope='module')
-def played(tmp_path_factory):
+def played(tmp_path_factory, new_domain):
     """Return one Played for all tests, none of which may change what it plays."""
-    domain = 101  # beyond those of the other tests, for it lives as long as they all
+    domain = new_domain()
     with Graph(tmp_path_factory.mktemp('log'), domain) as graph, Watcher(domain) as watcher:
         yield Played(graph, watcher)
 
