@@ -24,8 +24,6 @@ SHARE = 3.0
 WINDOWS = 8
 FIRST = 2
 """Windows that every study has, however short; of so many one is run on the refined grid too."""
-ROOM = 10.0
-"""Time that must be left for a run on the refined grid [s]; it may take twice that."""
 COLUMNS = (16, 31, 61, 121)
 TENTH = 10.0
 """An error is ranked where it is so many times the reference's own."""
@@ -46,7 +44,7 @@ def run(store, budget):
             return
         budget.say(f'window {number + 1}, on {finest[1]} x {finest[0]} nodes')
         _compare(store, number)
-        if number + 1 >= FIRST * (refined + 1) and budget.allows(ROOM):
+        if number + 1 >= FIRST * (refined + 1) and budget.allows():
             budget.say(f'window {refined + 1}, on {finer[1]} x {finer[0]} nodes')
             _add(store, refined, finer, 1.0)
             refined += 1
@@ -88,8 +86,8 @@ def _order(rows):
     coarse, fine = (error.rms([row['rms_mm'] for row in _of(rows, columns)])
                     for columns in COLUMNS[-2:])
     return (f'Half the spacing, from {COLUMNS[-2]} to {COLUMNS[-1]} columns, divides the error by '
-            f'{coarse / fine:.2g}: the folds in the free end are sharp, and a coarse sheet cannot '
-            'be the shape of a folded one.\n')
+            f'{coarse / fine:.2g}. The folds in the free end\nare sharp, and a coarse sheet cannot '
+            'have the shape of a folded one.\n')
 
 
 def _of(rows, columns, step=1.0):
@@ -113,6 +111,7 @@ def section(rows):
     """Return what the references are, and how exact."""
     finest, finer = grids()
     count = len(_of(rows, finest[1], 0.5))
+    finer_by = (finest[1] - 1) // (scene.BASE['grid.columns'] - 1)
     table = []
     for columns, step, what in (
             *((columns, 1.0, f'grid {columns} x {scene.with_grid(columns)["grid.rows"]}')
@@ -130,10 +129,9 @@ def section(rows):
            'did not suffice for the refined grid')
     return f"""## How errors are measured, and how exact the reference is
 
-Every run is compared with the same sheet on {finest[1]} x {finest[0]} nodes,
-{(finest[1] - 1) // (scene.BASE['grid.columns'] - 1)} times as fine as the default,
-in **{count} windows of {1e3 * WINDOW:.0f} ms**: each starts from a state of the reference,
-spread over a gusty shot of the default wind, and ends one frame later. In that time
+Every run is compared with the same sheet on {finest[1]} x {finest[0]} nodes, {finer_by} times as
+fine as the default, in **{count} windows of {1e3 * WINDOW:.0f} ms**: each starts from a state of
+the reference, spread over a gusty shot of the default wind, and ends one frame later. In that time
 the flag moves by {moved:.0f} mm (RMS). An error in pixels is the distance on the screen of the
 default camera between where a point of the cloth is drawn and where the reference has it, at
 all {finest[0] * finest[1]} nodes of the reference that are in the picture; grids between are
@@ -155,11 +153,13 @@ def plots(rows, folder):
     spacing = 2250.0 / (np.array(list(grids)) - 1)
     with drawing.figure(folder / 'convergence.png') as (_, axes):
         axes.loglog(spacing, list(grids.values()), 'o-', label='from the reference')
-        axes.loglog(spacing, grids[max(grids)] * spacing / spacing.min(), ':', color='0.6',
-                    label='first order')
+        for order, style in ((1, ':'), (2, '-.')):
+            axes.loglog(spacing, grids[max(grids)] * (spacing / spacing.min())**order, style,
+                        color='0.6', label=f'order {order}')
         axes.axhline(own_error(rows, 'rms_mm'), color='0.4', ls='--',
                      label="the reference's own error")
         axes.set(xlabel='spacing of the nodes [mm]',
                  ylabel=f'RMS error after {1e3 * WINDOW:.0f} ms [mm]')
         axes.legend()
+        drawing.plain(axes)
     return [('convergence.png', 'What a coarser grid of the same sheet costs within one frame.')]

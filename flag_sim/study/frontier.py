@@ -30,8 +30,10 @@ PICTURES = {'4 samples': {'samples': 4}, '320 x 240': {'width': 320, 'height': 2
 
 def methods():
     """Return {name: changes}: the ways to take the steps of a frame."""
+    single = {'symplectic float32': {'precision': 'float32'}} if 'precision' in scene.BASE else {}
     return {
         **{name: {'solver': name} for name in SOLVERS if name not in ('rk4', 'xpbd', 'euler')},
+        **single,
         **{f'xpbd {count} steps': {'solver': 'xpbd', 'substeps': count, 'substeps_limit': count}
            for count in (5, 20, 80)},
         'softened': {'substeps_limit': None},
@@ -155,6 +157,8 @@ def _look(kind):
     look = drawing.style(kind.split()[0].strip(','))
     if ' steps' in kind:
         look['alpha'] = {'5': 0.4, '20': 0.7}.get(kind.split()[1], 1.0)
+    if 'float32' in kind:
+        look.update(ls='-.', mfc='none')
     if ',' in kind:
         look.update(alpha=0.5, ls=':')
     return look

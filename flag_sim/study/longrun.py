@@ -133,4 +133,5 @@ def plots(rows, folder):
         axes.set_yticks(range(len(some)), [row['key'] for row in some])
         axes.invert_yaxis()
         axes.set(xlabel='mean kinetic energy [J], twice its standard error', xscale='log')
+        drawing.plain(axes)
     return [('longrun.png', 'Methods whose bars overlap move the flag with the same vigour.')]

@@ -17,10 +17,12 @@ import math
 import sys
 
 from flag_sim.cloth import Diverged
+from flag_sim.cloth.model import Model
 from flag_sim.cloth.solvers import SOLVERS
+from flag_sim.cloth.stability import damping_bound, frequency_bound
 from flag_sim.study import choice, error, summary
 from flag_sim.study.reference import FINEST, nested, on_grid, Reference, WINDOW
-from flag_sim.study.settings import changed, cloth_of, hang_of
+from flag_sim.study.settings import changed, cloth_of, hang_of, look_of
 from flag_sim.study.trial import Trials
 import numpy as np
 
@@ -32,6 +34,8 @@ GUSTS = 0.3
 """Least gust.intensity: in a steady wind all windows would be much alike."""
 LASTING = 4.0
 """Length of the run that tells how far a sheet is stretched [s]; its second half counts."""
+MOST_STEPS = 20000
+"""Steps that the reference may take in a frame, some ten seconds."""
 DEARER = 2.0
 """How much dearer a candidate may be, by its work, than the cheapest good one to be tried."""
 WRITTEN = ('grid.columns', 'grid.rows', 'damping', 'solver', 'substeps', 'substeps_limit',
@@ -51,15 +55,32 @@ def methods(settings):
     return found
 
 
+def require(settings):
+    """
+    Raise ValueError for settings that make no scene, or that cannot be tuned.
+
+    Their camera must see the flag, and the reference must not take hours.
+    """
+    at_rest = cloth_of(settings).positions
+    error.pixel_distances(at_rest, at_rest, look_of(settings).camera)
+    fine = cloth_of(on_grid(settings, *FINEST))
+    model = Model(fine.mesh, fine.material)
+    steps = 1.0 / (settings['rate'] * SOLVERS['symplectic'].largest_step(
+        frequency_bound(model), damping_bound(model)))
+    if steps > MOST_STEPS:
+        raise ValueError(
+            f'the reference, on {FINEST[1]} x {FINEST[0]} nodes, may take at most {MOST_STEPS} '
+            f'steps a frame, and this sheet needs {steps:.0f}: lower its stiffness or damping')
+
+
 class Search:
     """
     Tries settings for one camera and one rate; what it has measured is kept in a Store.
 
-    settings: of the user's scene, camera and sheet; rate: frames a second. finest: grid of the
-    reference. Raises ValueError if the camera does not see the flag.
+    settings: of the user's scene, camera and sheet; rate: frames a second.
     """
 
-    def __init__(self, settings, rate, store, finest=FINEST, out=None):
+    def __init__(self, settings, rate, store, out=None):
         gusts = max(settings['gust.intensity'], GUSTS)
         self.settings = changed(settings, {'rate': rate, 'gust.intensity': gusts})
         self.store = store
@@ -70,11 +91,9 @@ class Search:
         for part, seed in (('tune', 0), ('check', OTHER_SEED)):
             shot = changed(self.settings, {'gust.seed': self.settings['gust.seed'] + seed})
             self._trials[part] = Trials(
-                Reference(shot, frames, store.folder / part, finest), shot, frames)
-        at_rest = cloth_of(self.settings).positions
-        error.pixel_distances(at_rest, at_rest, self._trials['tune'].camera)
+                Reference(shot, frames, store.folder / part, FINEST), shot, frames)
         self._length = hang_of(self.settings)[1]
-        self.candidates = self._candidates(nested(finest))
+        self.candidates = self._candidates(nested(FINEST))
         self.limit_ms = 1e3 / rate
 
     def _candidates(self, grids):
@@ -91,7 +110,7 @@ class Search:
 
     def find(self, error_px):
         """
-        Return the Verdict, and the RMS error [px] of what it takes in the shot to check on.
+        Return the Verdict, and the errors [px] of what it takes in the shot to check on.
 
         Settings that fail the check are put aside, and the next best are checked.
         """
@@ -99,11 +118,10 @@ class Search:
         while True:
             verdict = choice.choose(list(options.values()), error_px, self.limit_ms)
             name, bound = verdict.option.name, verdict.option.error_px
-            errors = [row['rms_px'] for row in self._rows('check', name, CHECKS)]
-            measured = math.inf if None in errors else error.rms(errors)
-            worse = max(bound, measured, self._lasting(name))
+            errors = _errors(self._rows('check', name, CHECKS))
+            worse = max(bound, error.rms(errors), self._lasting(name))
             if worse == bound or not verdict.is_fast:
-                return verdict, measured
+                return verdict, errors
             # As bad as it was found to be, it may still be the best there is.
             options[name] = verdict.option._replace(error_px=worse)
 
@@ -129,7 +147,7 @@ class Search:
                     continue
             rows = first if self._hopeless(first, error_px) else self._rows(
                 'tune', name, WINDOWS)
-            errors = [math.inf if row['rms_px'] is None else row['rms_px'] for row in rows]
+            errors = _errors(rows)
             bound = (choice.predicted(errors, CHECKS) if len(rows) == WINDOWS
                      else 2.0 * errors[0])
             options.append(choice.Option(name, self._cost(rows), bound))
@@ -197,6 +215,11 @@ class Search:
 
     def _say(self, text):
         print(text, file=self._out, flush=True)
+
+
+def _errors(rows):
+    """Return the errors [px] of rows, inf where a run diverged."""
+    return [math.inf if row['rms_px'] is None else row['rms_px'] for row in rows]
 
 
 def _stretch(positions, length):

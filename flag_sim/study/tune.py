@@ -15,16 +15,20 @@
 """Find the cheapest settings that keep within an error in pixels, and write a params file."""
 import argparse
 import datetime
+import hashlib
 import math
 from pathlib import Path
 import shutil
 import sys
 
-from flag_sim.study import machine, params, report
+from flag_sim.study import error, machine, params, report
 from flag_sim.study.reference import WINDOW
-from flag_sim.study.search import CHECKS, Search
+from flag_sim.study.search import require, Search
 from flag_sim.study.settings import defaults
 from flag_sim.study.store import Store
+
+MOST_HZ = 1000.0
+"""Greatest rate that the wind node takes."""
 
 
 def positive(text):
@@ -55,12 +59,16 @@ def main(args=None):
             defaults(), [])
         if others:
             print(f'not looked at: {", ".join(others)}', file=sys.stderr)
+        if options.rate > MOST_HZ:
+            raise ValueError(f'rate must be at most {MOST_HZ:g} Hz, not {options.rate:g}')
+        require({**settings, 'rate': options.rate})
         work = output.with_name(f'{output.name}.unfinished')
+        asked = hashlib.sha256(repr(sorted(settings.items())).encode()).hexdigest()
         store = Store(work, {**machine.identity(), 'rate': options.rate,
-                             'settings': repr(sorted(settings.items()))})
+                             'settings': asked[:16]})
         search = Search(settings, options.rate, store)
-        verdict, check = search.find(options.error_px)
-        params.write(output, _promise(options, search, verdict, check, load),
+        verdict, errors = search.find(options.error_px)
+        params.write(output, _promise(options, search, verdict, errors, load),
                      search.written(verdict.option.name))
     except (ValueError, FileExistsError) as problem:
         parser.error(str(problem))
@@ -72,7 +80,7 @@ def main(args=None):
     return 0 if verdict.is_accurate and verdict.is_fast else 1
 
 
-def _promise(options, search, verdict, check, load):
+def _promise(options, search, verdict, errors, load):
     """Return the lines of the params file's comment: what it promises, and what it misses."""
     own = search.settings
     today = datetime.date.today().isoformat()
@@ -84,8 +92,8 @@ def _promise(options, search, verdict, check, load):
         f'for a picture of {own["width"]} x {own["height"]} pixels and a camera at '
         f'{own["camera.distance"]:g} m. Give it after your own params file.',
         '',
-        f'Error: {check:.2g} px (RMS) after {1e3 * search.window_s:.0f} ms, in {CHECKS} windows '
-        'of a shot that it',
+        f'Error: {error.rms(errors):.2g} px (RMS) after {1e3 * search.window_s:.0f} ms, in '
+        f'{len(errors)} windows of a shot that it',
         f'was not tuned on, in wind of {own["speed"]:g} m/s with gusts of '
         f'{own["gust.intensity"]:g}; {options.error_px:g} px are allowed'
         + ('.' if verdict.is_accurate else ':'),

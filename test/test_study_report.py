@@ -1,0 +1,151 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""A whole study of a few seconds, from the command to the report, and what can go wrong."""
+import re
+
+from flag_sim.study import __main__ as study
+from flag_sim.study import convergence, dials, frontier, horizon, longrun, methods, plots
+from flag_sim.study import reference, scene, settings
+from flag_sim.study.store import MARK
+import numpy as np
+import pytest
+
+PARTS = (convergence, methods, horizon, longrun, dials, frontier)
+
+
+@pytest.fixture
+def small(monkeypatch):
+    """Make everything small: a grid of 7 x 5 beside 4 x 3 and 13 x 9, and short shots."""
+    base = settings.changed(scene.BASE, {'grid.rows': 5, 'grid.columns': 7, 'width': 64,
+                                         'height': 48})
+    for module, name, value in (
+            (scene, 'BASE', base), (scene, 'FINEST', (17, 25)),
+            (reference, 'SPIN_UP', 0.2), (reference, 'SPACING', 0.1),
+            (reference, 'LEAD', 1.0 / 30.0),
+            (convergence, 'COLUMNS', (4, 7, 13)), (convergence, 'WINDOWS', 2),
+            (methods, 'STEPS', (4, 16, 64)), (horizon, 'FRAMES', 5),
+            (longrun, 'SETTLE', 0.1), (longrun, 'LENGTH', 4.0),
+            (dials, 'COLUMNS', (4, 13)), (frontier, 'COLUMNS', (4, 7, 13)),
+            (frontier, 'TURNS', 1), (study, 'PARTS', PARTS)):
+        monkeypatch.setattr(module, name, value)
+    scene.trials.cache_clear()
+    yield
+    scene.trials.cache_clear()
+
+
+def run(folder, *more):
+    """Run the study for five seconds."""
+    return study.main(['--minutes', f'{5.0 / 60.0}', '--output', str(folder), *more])
+
+
+def test_a_study_makes_its_report_and_is_gone_on_with(small, tmp_path, capsys, monkeypatch):
+    """Interrupted in the midst and run again, it measures nothing twice, and tells all."""
+    whole = frontier.run
+
+    def interrupted(store, budget):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(frontier, 'run', interrupted)
+    folder = tmp_path / 'study'
+    assert run(folder) == 130
+    assert 'the same command goes on' in capsys.readouterr().err
+    before = {path: path.read_text() for path in folder.glob('*.csv')}
+    assert len(before) == 5 and not (folder / 'report.md').exists()
+
+    monkeypatch.setattr(frontier, 'run', whole)
+    assert run(folder) == 0
+    assert capsys.readouterr().out.strip() == str(folder / 'report.md')
+    for path, text in before.items():
+        assert path.read_text().startswith(text)
+    text = (folder / 'report.md').read_text()
+    for words in ('# What accuracy costs', 'cores', 'numba', 'horizon', 'metres **per step**',
+                  "The reference's own error", 'On the frontier'):
+        assert words in text
+    assert not re.search(r'\b(nan|None)\b|{', text)
+    shown = re.findall(r'!\[\w+\]\((.*?)\)', text)
+    assert len(shown) == 6
+    for name in shown:
+        assert (folder / name).read_bytes().startswith(b'\x89PNG')
+    # Every setting stands in the table of dials; the source's scheme in every table of methods.
+    assert text.count('| solver | seed |') == 1 and '| seed |' in text
+
+
+def test_results_are_the_same_in_every_run(small, tmp_path, monkeypatch):
+    """Every number but times, to the last digit."""
+    some, tables = (convergence, horizon, dials), []
+    monkeypatch.setattr(study, 'PARTS', some)
+    for name in 'ab':
+        scene.trials.cache_clear()
+        assert run(tmp_path / name) == 0
+        tables.append({part.NAME: study.Store(tmp_path / name, {}).rows(part.NAME)
+                       for part in some})
+    for part, rows in tables[0].items():
+        both = {row['key']: row for row in tables[1][part]}
+        shared = [row for row in rows if row['key'] in both]
+        assert len(shared) >= min(len(rows), len(both)) > 0
+        for row in shared:
+            for column, value in row.items():
+                if not column.endswith('_ms'):
+                    assert both[row['key']][column] == value, (part, row['key'], column)
+
+
+def test_without_matplotlib_there_are_tables(small, tmp_path, monkeypatch):
+    """The report says what is missing, and how to get it."""
+    monkeypatch.setattr(plots, 'can_draw', lambda: False)
+    assert run(tmp_path / 'study') == 0
+    text = (tmp_path / 'study' / 'report.md').read_text()
+    assert plots.MISSING in text and '![' not in text and '| seed |' in text
+    assert not list((tmp_path / 'study').glob('*.png'))
+
+
+def test_a_busy_machine_is_reported(small, tmp_path, monkeypatch):
+    """With the load that was measured."""
+    monkeypatch.setattr(study.machine, 'load', lambda: 7.25)
+    monkeypatch.setattr(study, 'PARTS', ())
+    assert run(tmp_path / 'study') == 0
+    assert 'busy with something else (load 7.25' in (tmp_path / 'study/report.md').read_text()
+
+
+@pytest.mark.parametrize('minutes', ['0', '-1', 'nan', 'inf', 'two'])
+def test_bad_minutes_are_refused(minutes, tmp_path, capsys):
+    """The message names the rule and the value."""
+    with pytest.raises(SystemExit) as refusal:
+        study.main(['--minutes', minutes, '--output', str(tmp_path / 'x')])
+    assert refusal.value.code == 2
+    assert f'must be a number above 0, not {minutes}' in capsys.readouterr().err
+    assert not (tmp_path / 'x').exists()
+
+
+def test_a_folder_of_something_else_is_refused(tmp_path, capsys):
+    """Nothing in it is touched."""
+    (tmp_path / 'letter.txt').write_text('dear')
+    with pytest.raises(SystemExit):
+        study.main(['--output', str(tmp_path)])
+    assert 'holds something else' in capsys.readouterr().err
+    assert not (tmp_path / MARK).exists()
+
+
+def test_the_peak_of_a_known_motion():
+    """A wave of 1.7 Hz under a slower, stronger one below what counts."""
+    times = np.arange(0.0, 20.0, 1.0 / 30.0)
+    motion = np.sin(2.0 * np.pi * 1.7 * times) + 3.0 * np.sin(2.0 * np.pi * 0.1 * times)
+    assert longrun.peak(motion, 1.0 / 30.0) == pytest.approx(1.7, abs=0.05)  # 1 / 20 s
+
+
+def test_the_growth_of_a_known_curve():
+    """An exponential that levels off."""
+    times = np.arange(1, 40) / 30.0
+    values = np.minimum(1e-6 * np.exp(25.0 * times), 50.0)
+    assert horizon.growth(times, values, 1.0) == pytest.approx(25.0)
