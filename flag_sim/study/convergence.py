@@ -86,8 +86,8 @@ def _order(rows):
     coarse, fine = (error.rms([row['rms_mm'] for row in _of(rows, columns)])
                     for columns in COLUMNS[-2:])
     return (f'Half the spacing, from {COLUMNS[-2]} to {COLUMNS[-1]} columns, divides the error by '
-            f'{coarse / fine:.2g}. The folds in the free end\nare sharp, and a coarse sheet cannot '
-            'have the shape of a folded one.\n')
+            f'{coarse / fine:.2g}: the folds in\nthe free end are sharp, and a coarse sheet '
+            'cannot have the shape of a folded one.\n')
 
 
 def _of(rows, columns, step=1.0):
