@@ -65,6 +65,18 @@ class Crew:
         for other in others:
             other.result()
 
+    def deal(self, work):
+        """
+        Call work(number) in all threads, which take pieces of work until none is left.
+
+        Returns when all are done; a thread that has not begun by then is not waited for.
+        """
+        others = [self._pool.submit(work, number) for number in range(1, self.threads)]
+        work(0)
+        for other in others:
+            if not other.cancel():
+                other.result()
+
     def _choose(self):
         best, best_time = 1, min(self._times[1])
         for count, times in self._times.items():
