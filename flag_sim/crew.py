@@ -86,8 +86,7 @@ class Crew:
         """
         if self.threads == 1:
             return work(0, 1)
-        if self._process != os.getpid():
-            self._hire()  # a fork has this object, but not its threads
+        self._hire_after_fork()
         others = []
         try:
             for band in range(1, self.threads):
@@ -99,6 +98,24 @@ class Crew:
         finally:
             for other in others:
                 other.result()
+
+    def deal(self, work):
+        """
+        Call work(number) in all threads, which take pieces of work until none is left.
+
+        Returns when all are done; a thread that has not begun by then is not waited for.
+        """
+        self._hire_after_fork()
+        others = [self._pool.submit(work, number) for number in range(1, self.threads)]
+        work(0)
+        for other in others:
+            if not other.cancel():
+                other.result()
+
+    def _hire_after_fork(self):
+        """Start threads anew in the child of a fork, which has this object but none of them."""
+        if self._process != os.getpid():
+            self._hire()
 
     def _hire(self):
         """Start all threads now, so that none can be missing when others wait for it."""

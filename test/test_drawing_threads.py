@@ -13,10 +13,15 @@
 # limitations under the License.
 
 """Any number of threads makes the same picture, and the choice among them is the fastest."""
+import threading
+import time
+
 from flag_sim import crew
 from flag_sim.drawing import Camera, Picture, Style
 from flag_sim.drawing.bands import BAND
+from flag_sim.drawing.deal import take
 from flag_sim.drawing.tiles import TILE
+from flag_sim.kernels import kernel
 
 import numpy as np
 
@@ -71,3 +76,33 @@ def test_an_error_in_a_thread_is_not_lost():
             raise ValueError('of the second band')
     with pytest.raises(ValueError, match='second'):
         crew.Crew(2).share(work)
+    with pytest.raises(ValueError, match='second'):
+        crew.Crew(2).deal(lambda number: time.sleep(0.05) or work(number, 2))
+
+
+def test_who_comes_late_is_not_waited_for():
+    # One that is busy elsewhere, as where a processor has other things to do.
+    workers, called, is_over = crew.Crew(2), [], threading.Event()
+    busy = workers._pool.submit(is_over.wait, 10.0)
+    workers.deal(called.append)
+    is_over.set()
+    busy.result()
+    assert called == [0]
+
+
+def test_pieces_are_dealt_once_each():
+    @kernel(cache=False)
+    def deal_all(taken, times):
+        while True:
+            piece = take(taken)
+            if piece >= times.size:
+                break
+            times[piece] += 1
+
+    taken, times = np.zeros(1, np.int64), np.zeros(300_000, np.int64)
+    deal_all(taken, times[:0])
+    taken[:] = 0
+    # The threads' own places in `times` never overlap, if each piece is dealt to one alone.
+    crew.Crew(4).deal(lambda number: deal_all(taken, times))
+    np.testing.assert_array_equal(times, 1)
+    assert taken[0] > times.size

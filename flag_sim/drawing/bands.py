@@ -13,14 +13,16 @@
 # limitations under the License.
 
 """
-Bands of rows: what a thread draws at a time, and how the threads share them.
+Bands of rows: what a thread draws at a time.
 
 A band's pixels fit in a processor's own cache, where they are emptied, drawn, averaged and turned
-into bytes before the next band's turn. Neighbouring rows cost alike, so threads that take bands in
-turn have alike work, where halves of the image would not.
+into bytes before the next band's turn. A thread takes the next band when it is done with one, so
+that all end at about the same time, and one that comes late, for its processor was busy, finds
+less to do.
 """
 from flag_sim.drawing.canvas import write_nearness, write_rgb
 from flag_sim.drawing.culling import collect
+from flag_sim.drawing.deal import take
 from flag_sim.drawing.rasterizer import fill
 from flag_sim.drawing.spans import LANES
 from flag_sim.drawing.tiles import (
@@ -56,23 +58,26 @@ class Desk:
 
 
 @kernel
-def draw_bands(band, bands, triangles, order, spans, boxes, is_narrow, closed,
+def draw_bands(taken, triangles, order, spans, boxes, is_narrow, closed,
                view, u, v, nearness, where, colours, is_flat, cu, cv, near,
                is_perspective, is_correct, is_painted, is_outlined, pattern, word, farthest,
                width, height, stride, words, depths, found, touched,
                sample_words, sample_depths, sums, worst, marks,
                drawn, rgb, rgb_words, nearness_image):
     """
-    Draw bands band, band + bands, ... of an image.
+    Draw bands of an image as long as there are any.
 
-    order, spans, boxes, is_narrow: see culling; from view to is_outlined: see rasterizer.fill;
+    taken: (1,) int64, how many bands were taken by this and other threads; order, spans, boxes, is_narrow: see culling; from view to is_outlined: see rasterizer.fill;
     pattern: (samples, 2) int32 [1 / PLACES pixel]; word, farthest: colour and nearness where
     nothing is; from stride to marks: a Desk's; drawn: (2, bands of the image) int32, first column
     and end of what the last frame drew, renewed; rgb, rgb_words, nearness_image: a Canvas's.
     """
     samples = pattern.shape[0]
     no_marks = marks[:0]
-    for number in range(band, drawn.shape[1], bands):
+    while True:
+        number = take(taken)
+        if number >= drawn.shape[1]:
+            break
         begin, end = number * BAND, min((number + 1) * BAND, height)
         # Edges are looked for across the band's rim.
         rim = 1 if samples > 1 else 0

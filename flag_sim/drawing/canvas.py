@@ -40,7 +40,7 @@ class Canvas:
         self._nearness = np.empty(0, np.float32)
 
     def nearness(self, is_wanted):
-        """Give the nearness (height width,), all farthest at first; an empty array if unwanted."""
+        """Give nearness, (height width,), all farthest at first; an empty array if unwanted."""
         if not is_wanted:
             self._nearness = self._nearness[:0]
         elif not self._nearness.size:

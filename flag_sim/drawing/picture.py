@@ -137,18 +137,18 @@ class Picture:
         if self._canvas is None or self._canvas.kind != kind:
             self._canvas = Canvas(camera.width, camera.height, -(-camera.height // BAND), *kind[2:])
         kind = camera.width, len(assembly.triangles), style.samples > 1
-        if self._desks.get(0, Desk(1, 0, False)).kind != kind:
+        if any(desk.kind != kind for desk in self._desks.values()):
             self._desks = {}
         # In orthographic projection what is linear in space is linear on the screen.
         is_correct = style.interpolation == 'perspective' and camera.is_perspective
         pattern = np.int32(PATTERNS[style.samples] * PLACES)
 
-        def draw(band, bands, nearness):
-            if band not in self._desks:
-                self._desks[band] = Desk(*kind)
-            desk, canvas = self._desks[band], self._canvas
+        def draw(thread, taken, nearness):
+            if thread not in self._desks:
+                self._desks[thread] = Desk(*kind)
+            desk, canvas = self._desks[thread], self._canvas
             draw_bands(
-                band, bands, assembly.triangles, self._order, assembly.spans, assembly.boxes,
+                taken, assembly.triangles, self._order, assembly.spans, assembly.boxes,
                 assembly.is_narrow, assembly.closed, assembly.view, assembly.u, assembly.v,
                 assembly.nearness, assembly.where, colours, style.shading == 'flat',
                 *camera.centre, camera.near, camera.is_perspective, is_correct,
@@ -163,4 +163,5 @@ class Picture:
     def _share_bands(self):
         """Let the crew draw the last frame's bands, with its nearness if that is kept."""
         nearness = self._canvas.nearness(self._is_depth_kept)
-        self._crew.share(lambda band, bands: self._draw_bands(band, bands, nearness))
+        taken = np.zeros(1, np.int64)
+        self._crew.deal(lambda thread: self._draw_bands(thread, taken, nearness))
