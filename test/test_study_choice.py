@@ -53,15 +53,15 @@ def test_nothing_to_choose_from():
 
 @given(TABLES)
 def test_the_frontier_as_by_brute_force(table):
-    """Who is beaten by nobody by WORTH; what is left out is beaten by one of the frontier."""
+    """All of it are best for their cost; whoever is left out is beaten as the rule says."""
     found = summary.frontier(table)
     assert [table[n] for n in found] == sorted(table[n] for n in found)
-    errors = [table[n][1] for n in found]
-    keep = 1.0 - summary.WORTH
-    assert all(b < keep * a for a, b in zip(errors, errors[1:]))
+    dearer, better = 1.0 + summary.WORTH, 1.0 - summary.WORTH
     for n, (cost, error) in enumerate(table):
-        if n not in found:
-            assert any(table[k][0] <= cost and keep * table[k][1] <= error for k in found)
+        beaten = any(c <= dearer * cost and e < error for c, e in table)
+        no_gain = any(table[k][0] <= cost and better * table[k][1] <= error
+                      for k in found if k != n)
+        assert (n in found) == (not beaten and not no_gain)
 
 
 def test_predictions_hold_for_new_windows():

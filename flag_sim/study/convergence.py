@@ -13,8 +13,9 @@
 # limitations under the License.
 
 """Part: how exact the references themselves are, which says what they can rank."""
+from flag_sim.cloth import Diverged
 from flag_sim.cloth.mesh import resample
-from flag_sim.study import error, plots as drawing, report, scene
+from flag_sim.study import error, plots as drawing, report, scene, summary
 from flag_sim.study.reference import WINDOW
 from flag_sim.study.settings import cloth_of
 import numpy as np
@@ -53,32 +54,40 @@ def run(store, budget):
 def _compare(store, number):
     scene.trials(store.folder).reference.window(number)
     for columns in COLUMNS:
-        _add(store, number, (scene.with_grid(columns)['grid.rows'], columns), 1.0)
+        for solver in ('symplectic', 'seed'):
+            _add(store, number, (scene.with_grid(columns)['grid.rows'], columns), 1.0, solver)
     _add(store, number, scene.FINEST, 0.5)
 
 
-def _add(store, number, grid, step):
+def _add(store, number, grid, step, solver='symplectic'):
     """Add the distance from the reference of a run on a grid with a part of its step."""
-    key, finer = f'{number}@{grid[1]}', grids()[1]
+    key = f'{number}@{grid[1]}@{step}@{solver}'
     if store.has(NAME, key):
         return
     own = scene.trials(store.folder)
     reference, window = own.reference, own.reference.window(number)
-    settings = reference.grid(*grid, step_safety=0.9 * step)
-    if grid == finer:
+    settings = reference.grid(*grid, step_safety=0.9 * step, solver=solver)
+    is_finer = grid == grids()[1]
+    if is_finer:
         cloth = cloth_of(settings)
         cloth.place(resample(window.positions, *grid), resample(window.velocities, *grid))
     else:
         cloth = reference.start(window, settings)
-    reference.shot.play(cloth, window.frame, window.frame + 1)
-    positions = cloth.positions[::2, ::2] if grid == finer else reference.filled(cloth.positions)
+    row = {'key': key, 'window': number, 'time_s': window.frame * reference.shot.dt,
+           'solver': solver, 'columns': grid[1], 'step': step,
+           'moved_mm': 1e3 * error.rms(error.distances(window.ends[0], window.positions)),
+           'rms_mm': None, 'worst_mm': None, 'rms_px': None}
+    try:
+        reference.shot.play(cloth, window.frame, window.frame + 1)
+    except Diverged:
+        store.add(NAME, row)
+        return
+    positions = cloth.positions[::2, ::2] if is_finer else reference.filled(cloth.positions)
     metres = error.distances(positions, window.ends[0])
     pixels = error.pixel_distances(positions, window.ends[0], own.camera)
-    store.add(NAME, {
-        'key': key, 'window': number, 'time_s': window.frame * reference.shot.dt,
-        'columns': grid[1], 'step': step, 'rms_mm': 1e3 * error.rms(metres),
-        'worst_mm': 1e3 * float(metres.max()), 'rms_px': error.rms(pixels),
-        'moved_mm': 1e3 * error.rms(error.distances(window.ends[0], window.positions))})
+    row.update(rms_mm=1e3 * error.rms(metres), worst_mm=1e3 * float(metres.max()),
+               rms_px=error.rms(pixels))
+    store.add(NAME, row)
 
 
 def _order(rows):
@@ -90,8 +99,9 @@ def _order(rows):
             'cannot have the shape of a folded one.\n')
 
 
-def _of(rows, columns, step=1.0):
-    return [row for row in rows if row['columns'] == columns and row['step'] == step]
+def _of(rows, columns, step=1.0, solver='symplectic'):
+    return [row for row in rows if (row['columns'], row['step'], row['solver'])
+            == (columns, step, solver)]
 
 
 def own_error(rows, column='rms_px'):
@@ -152,7 +162,9 @@ def plots(rows, folder):
              for columns in COLUMNS if _of(rows, columns)}
     spacing = 2250.0 / (np.array(list(grids)) - 1)
     with drawing.figure(folder / 'convergence.png') as (_, axes):
-        axes.loglog(spacing, list(grids.values()), 'o-', label='from the reference')
+        axes.loglog(spacing, list(grids.values()), 'o-', label='symplectic')
+        seed = [summary.total(_of(rows, columns, solver='seed'), 'rms_mm') for columns in grids]
+        axes.loglog(spacing, seed, label='seed', **drawing.style('seed'))
         for order, style in ((1, ':'), (2, '-.')):
             axes.loglog(spacing, grids[max(grids)] * (spacing / spacing.min())**order, style,
                         color='0.6', label=f'order {order}')

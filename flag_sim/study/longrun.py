@@ -132,5 +132,6 @@ def plots(rows, folder):
                           color='black' if row['key'] == 'seed' else 'C0', capsize=3)
         axes.set_yticks(range(len(some)), [row['key'] for row in some])
         axes.invert_yaxis()
-        axes.set(xlabel='mean kinetic energy [J], twice its standard error')
+        axes.set(xlabel='mean kinetic energy [J], twice its standard error', xscale='log')
+        drawing.plain(axes)
     return [('longrun.png', 'Methods whose bars overlap move the flag with the same vigour.')]

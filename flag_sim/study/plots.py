@@ -49,7 +49,9 @@ def plain(*axes):
     for axis in axes:
         for one in (axis.xaxis, axis.yaxis):
             if one.get_scale() == 'log':
-                one.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+                low, high = one.get_view_interval()
+                few = (1.0, 2.0, 5.0) if high > 30.0 * low else (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)
+                one.set_major_locator(LogLocator(subs=few))
                 one.set_major_formatter(FuncFormatter(lambda value, _: f'{value:g}'))
                 one.set_minor_formatter(FuncFormatter(lambda *_: ''))
 
