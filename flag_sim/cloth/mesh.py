@@ -80,7 +80,8 @@ class Mesh:
 
         self.stride = self.columns + 1
         self.first = self._to_line(self.stride + 1)
-        self.last = self.first + self.rows * self.stride - 1
+        # Whole vectors to the end, so that no loop has nodes left over to compute one by one.
+        self.last = self.first + self._to_line(self.rows * self.stride)
         self.size = self._to_line(self.last + self.stride + 1)
         # Unsigned: numba then needs no test for negative indices, and loops become vectors.
         self.span = (np.uint64(self.first), np.uint64(self.last), np.uint64(self.stride))
@@ -103,8 +104,8 @@ class Mesh:
         """
         Return the span of one of so many bands of nodes, one after the other and about equal.
 
-        They begin where vectors would begin without them: the same nodes are then computed in
-        vectors, and those left over at the end one by one, whatever the number of bands.
+        They begin where vectors would begin without them, so that every node is computed by the
+        same instructions whatever the number of bands.
         """
         pieces = -(-(self.last - self.first) // PIECE)
         first, last = (min(self.first + PIECE * (pieces * end // bands), self.last)
