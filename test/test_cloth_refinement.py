@@ -34,8 +34,6 @@ from test_cloth_waves import ring
 CELLS = {'square': (10, 15), 'long': (15, 15), 'upright': (10, 20)}
 """Of the coarsest grids of a sheet of 2.25 m x 1.5 m, down and along."""
 HALVINGS = 3 if SOAK else 2
-ORDER = (1.0, 2.0)
-"""Around 1.5: the coarsest grids are not yet asymptotic, and part of the error is of order two."""
 
 families = pytest.mark.parametrize('cells', CELLS.values(), ids=CELLS)
 
@@ -86,15 +84,21 @@ def refine(play, cells):
 
 
 @families
-@pytest.mark.parametrize('play, coarsest', [(sag, 1e-3), (hang, 1e-5), (swing, 1e-3)])
-def test_grids_come_to_one_sheet(play, coarsest, cells, record_property):
-    """At rest and moving; and already the coarsest is within a millimetre of the next."""
+@pytest.mark.parametrize('play, coarsest, least', [
+    (sag, 1e-3, 1.3), (hang, 1e-5, 1.0), (swing, 1e-3, 1.3)])
+def test_grids_come_to_one_sheet(play, coarsest, least, cells, record_property):
+    """
+    At rest and moving; already the coarsest is within a millimetre or less of the next.
+
+    Orders lie around 1.5, below two. Hanging straight down, where all that grids disagree about
+    are micrometres at the hoist, they begin with 1.1 and rise to 1.4 on the next finer grid.
+    """
     distances = refine(play, cells)
     orders = -np.diff(np.log2(distances))
     record_property('distances [m] and orders', f'{distances} {orders}')
     print(play.__name__, distances, orders)
     assert distances[0] < coarsest
-    assert np.all(orders > ORDER[0]) and np.all(orders < ORDER[1])
+    assert np.all(orders > least) and np.all(orders < 2.0)
 
 
 @pytest.mark.parametrize('play, same', [(sag, 2e-4), (hang, 1e-5), (swing, 2e-4)])
