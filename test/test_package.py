@@ -30,6 +30,7 @@ ROOT = Path(__file__).resolve().parents[1]
 # the name that pip knows them by. A ROS package is called by one name everywhere.
 LIBRARIES = {
     'PIL': ('python3-pil', 'pillow'),
+    'llvmlite': ('python3-numba', 'numba'),  # which is built on it
     'matplotlib': ('python3-matplotlib', 'matplotlib'),
     'numba': ('python3-numba', 'numba'),
     'numpy': ('python3-numpy', 'numpy'),
