@@ -111,7 +111,10 @@ def assert_set(bench, values):
 
 def assert_frame(bench, time, wind, keyed):
     """Play a frame: a good one is answered, in bounds and finite; a bad one is refused."""
-    message = bench.message(time, [0.0] * 3, {f'physics.{n}': v for n, v in keyed.items()})
+    message = bench.message(time, [0.0] * 3)
+    message.changed_parameters = list(message.changed_parameters) + [
+        messages.to_parameter(f'physics.{name}', value).to_parameter_msg()
+        for name, value in keyed.items()]
     wind_of = next(p for p in message.changed_parameters if p.name == 'wind')
     wind_of.value = messages.to_parameter('wind', wind, float).to_parameter_msg().value
     cloud = bench.hear(message)

@@ -113,7 +113,7 @@ class DialNode(Node):
     def set_parameters_atomically(self, parameter_list):
         """Set all of the parameters or, with the reason, none."""
         try:
-            changes = {p.name: self._accept_set(p.name, p.value) for p in parameter_list
+            changes = {p.name: self.accept_change(p.name, p.value) for p in parameter_list
                        if not p.name.startswith(ROS_NAMES)}
             self.check({**self.values, **changes})
         except ValueError as error:
@@ -125,7 +125,8 @@ class DialNode(Node):
             self.apply(set(changes))
         return result
 
-    def _accept_set(self, name, value):
+    def accept_change(self, name, value):
+        """Return `value` as accept does; raise ValueError also where only the start counts."""
         dial = self._dials.get(name)
         if dial is not None and dial.fixed:
             raise ValueError(f'{name} is fixed at the start of the node')

@@ -84,7 +84,7 @@ class FrameServer(DialNode):
         prefix = f'{self.get_name()}.'
         own = {name.removeprefix(prefix): value for name, value in keyed.items()
                if name.startswith(prefix)}
-        own = {name: self.accept(name, value) for name, value in own.items()}
+        own = {name: self.accept_change(name, value) for name, value in own.items()}
         if own:
             self.check({**self.values, **own})
         return own
