@@ -67,7 +67,8 @@ def draw_bands(taken, triangles, order, spans, boxes, is_narrow, closed,
     """
     Draw bands of an image as long as there are any.
 
-    taken: (1,) int64, how many bands were taken by this and other threads; order, spans, boxes, is_narrow: see culling; from view to is_outlined: see rasterizer.fill;
+    taken: (1,) int64, how many bands were taken by this and other threads; order, spans, boxes,
+    is_narrow: see culling; from view to is_outlined: see rasterizer.fill;
     pattern: (samples, 2) int32 [1 / PLACES pixel]; word, farthest: colour and nearness where
     nothing is; from stride to marks: a Desk's; drawn: (2, bands of the image) int32, first column
     and end of what the last frame drew, renewed; rgb, rgb_words, nearness_image: a Canvas's.

@@ -48,8 +48,8 @@ ZERO = np.int32(0)
 
 @kernel
 def draw_narrow(triangles, numbers, first, count, closed, u, v, nearness, colours, is_flat,
-               is_correct, is_painted, shift_u, shift_v, top, end, width, stride,
-               places, values, edges, planes, depths, words):
+                is_correct, is_painted, shift_u, shift_v, top, end, width, stride,
+                places, values, edges, planes, depths, words):
     """
     Draw `count` triangles, at most GROUP, numbers[first] and on, into rows top .. end - 1.
 

@@ -135,7 +135,8 @@ class Picture:
         farthest = 0.0 if camera.is_perspective else -np.inf
         kind = camera.width, camera.height, style.word, farthest
         if self._canvas is None or self._canvas.kind != kind:
-            self._canvas = Canvas(camera.width, camera.height, -(-camera.height // BAND), *kind[2:])
+            bands = -(-camera.height // BAND)
+            self._canvas = Canvas(camera.width, camera.height, bands, *kind[2:])
         kind = camera.width, len(assembly.triangles), style.samples > 1
         if any(desk.kind != kind for desk in self._desks.values()):
             self._desks = {}

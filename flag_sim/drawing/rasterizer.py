@@ -64,8 +64,8 @@ def fill(triangles, numbers, count, is_narrow, closed, view, u, v, nearness, whe
             k += np.uint64(1)
         if k > first:
             draw_narrow(triangles, numbers, first, k - first, closed, u, v, nearness, colours,
-                       is_flat, is_correct, is_painted, shift_u, shift_v, top, end, width, stride,
-                       places, values, edges, group_planes, depths, words)
+                        is_flat, is_correct, is_painted, shift_u, shift_v, top, end, width, stride,
+                        places, values, edges, group_planes, depths, words)
             continue
         t = np.uint64(numbers[k])
         k += np.uint64(1)

@@ -1,0 +1,173 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The default scene against programs by others: Embree's rays and Mesa's llvmpipe."""
+import math
+
+from flag_sim.drawing import Camera, Light, Materials, Picture, Scene, Style
+from flag_sim.drawing.assembly import Assembly
+from flag_sim.drawing.light import shade
+
+import numpy as np
+
+import pytest
+
+from support.flags import wave
+
+VIEWS = {
+    'default': {},
+    'wide': {'distance': 20.0, 'target': (0.5, 0.0, 5.0)},
+    'behind': {'azimuth': 1.2, 'elevation': 0.3, 'distance': 7.0},
+    'along the cloth': {'azimuth': 0.2, 'distance': 6.0},
+    'platform': {'target': (0.0, 0.0, 0.2), 'distance': 2.5, 'elevation': 0.5},
+    'below': {'target': (0.0, 0.0, 0.0), 'distance': 2.5, 'elevation': -1.2},
+    'straight down': {'target': (0.7, 0.2, 5.0), 'distance': 8.0, 'elevation': math.pi / 2},
+    'straight up': {'target': (0.7, 0.2, 5.0), 'distance': 8.0, 'elevation': -math.pi / 2},
+    'rolled': {'roll': 0.7, 'elevation': 0.2, 'target': (0.3, 0.1, 8.8), 'distance': 1.5},
+}
+
+
+def assemble(camera):
+    """Join flag, pole and platform as the picture does."""
+    assembly = Assembly(21, 31, Scene(), Scene().segments(camera))
+    assembly.set_flag(wave(), None)
+    return assembly
+
+
+def embree_depth(camera):
+    """Cast a ray through the centre of every pixel: depth (height, width), inf for nothing."""
+    scenes = pytest.importorskip('embreex.rtcore_scene', reason='embreex is not installed')
+    from embreex.mesh_construction import TriangleMesh
+    assembly = assemble(camera)
+    # Embree's single precision is best near the camera.
+    corners = (assembly.points - camera.position) @ camera.pose[:3, :3].T
+    scene = scenes.EmbreeScene()
+    TriangleMesh(scene, corners[assembly.triangles].astype(np.float32))
+    v, u = np.mgrid[:camera.height, :camera.width]
+    ways = np.stack([(u - camera.centre[0]) / camera.focal,
+                     (v - camera.centre[1]) / camera.focal, np.ones(u.shape)], axis=-1)
+    ways = np.ascontiguousarray(ways.reshape(-1, 3), dtype=np.float32)
+    hits = scene.run(np.zeros_like(ways), ways, output=1)
+    depth = np.where(hits['primID'] >= 0, hits['tfar'], np.inf)
+    return depth.reshape(camera.height, camera.width)
+
+
+def rim(mask):
+    """Find the pixels of a mask that have a neighbour of the other kind."""
+    found = np.zeros_like(mask)
+    across, down = mask[:, 1:] != mask[:, :-1], mask[1:] != mask[:-1]
+    found[:, 1:] |= across
+    found[:, :-1] |= across
+    found[1:] |= down
+    found[:-1] |= down
+    return found
+
+
+def test_mask_and_depth_against_embree():
+    differing = silhouette = close = both = 0
+    for view in VIEWS.values():
+        camera, picture = Camera(**view), Picture()
+        picture.draw(wave(), camera=camera)
+        depth, cast = picture.depth(), embree_depth(camera)
+        drawn, hit = np.isfinite(depth), np.isfinite(cast)
+        differing += np.sum(drawn != hit)
+        silhouette += np.sum(rim(hit))
+        shared = drawn & hit
+        both += np.sum(shared)
+        close += np.sum(np.abs(depth[shared] - cast[shared]) < 1e-4 * cast[shared])
+    assert silhouette > 9 * 1000
+    # Vertices are snapped to 1/256 pixel, so one silhouette pixel in a thousand may change.
+    assert differing <= 0.001 * silhouette
+    assert close >= 0.9999 * both
+
+
+SHADER = """
+#version 330
+uniform vec2 size;
+in vec3 screen;
+in vec3 front;
+in vec3 back;
+{0} out vec3 front_color;
+{0} out vec3 back_color;
+void main() {{
+    float w = 1.0 / screen.z;
+    vec2 place = (screen.xy + 0.5) / size * 2.0 - 1.0;
+    gl_Position = vec4(place.x * w, -place.y * w, (1.0 - screen.z) * w, w);
+    front_color = front;
+    back_color = back;
+}}
+"""
+PIXELS = """
+#version 330
+{0} in vec3 front_color;
+{0} in vec3 back_color;
+out vec3 color;
+void main() {{
+    color = (gl_FrontFacing ? front_color : back_color) / 255.0;
+}}
+"""
+
+
+def llvmpipe_image(camera, light, interpolation, background):
+    """Draw the same triangles with the same colours at their corners: (height, width, 3)."""
+    gl = pytest.importorskip('moderngl', reason='moderngl is not installed')
+    try:
+        context = gl.create_context(standalone=True, backend='egl')
+    except Exception as error:  # noqa: B902 (glcontext raises a bare Exception)
+        pytest.skip(f'Mesa is not installed: {error}')
+    if 'llvmpipe' not in context.info['GL_RENDERER']:
+        pytest.skip(f'not llvmpipe: {context.info["GL_RENDERER"]}')
+    assembly = assemble(camera)
+    points = assembly.points @ camera.pose[:3, :3].T + camera.pose[:3, 3]
+    image = points @ camera.K.T
+    # Snapped as by the picture; a corner's place is what both must agree on.
+    places = np.floor(image[:, :2] / image[:, 2:] * 256 + 0.5) / 256
+    colours = np.empty((len(points), 2, 3))
+    for name, (vertices, _) in assembly.parts.items():
+        shade(assembly.points[vertices], assembly.normals[vertices], camera.viewpoint,
+              getattr(Materials(), name), light, colours[vertices])
+    data = np.column_stack([places, 1.0 / points[:, 2], colours[:, 0], colours[:, 1]])
+    word = '' if interpolation == 'perspective' else 'noperspective'
+    program = context.program(vertex_shader=SHADER.format(word),
+                              fragment_shader=PIXELS.format(word))
+    program['size'] = camera.width, camera.height
+    frame = context.simple_framebuffer((camera.width, camera.height), 3)
+    frame.use()
+    frame.clear(*(np.array(background) / 255.0), depth=1.0)
+    vertices = context.buffer(data.astype(np.float32).tobytes())
+    context.enable(context.DEPTH_TEST)
+    # Closed bodies hide their backs; the flag shows both sides.
+    for triangles, cull in ((assembly.triangles[:assembly.closed], False),
+                            (assembly.triangles[assembly.closed:], True)):
+        (context.enable if cull else context.disable)(context.CULL_FACE)
+        numbers = context.buffer(np.ascontiguousarray(triangles).tobytes())
+        context.vertex_array(program, [(vertices, '3f 3f 3f', 'screen', 'front', 'back')],
+                             numbers).render()
+    rows = np.frombuffer(frame.read(components=3), np.uint8)
+    context.release()
+    return rows.reshape(camera.height, camera.width, 3)[::-1]
+
+
+# Rolled, the near plane cuts the pole; what is then linear on the screen is a matter of opinion.
+@pytest.mark.parametrize('view, interpolation', [
+    ('default', 'screen'), ('behind', 'screen'), ('along the cloth', 'screen'),
+    ('default', 'perspective'), ('behind', 'perspective'), ('along the cloth', 'perspective'),
+    ('rolled', 'perspective')])
+def test_colour_against_llvmpipe(view, interpolation):
+    camera, style = Camera(**VIEWS[view]), Style(interpolation=interpolation)
+    expected = llvmpipe_image(camera, Light(), interpolation, style.background)
+    rgb = Picture().draw(wave(), camera=camera, style=style)
+    apart = np.abs(rgb.astype(int) - expected).max(axis=-1)
+    assert np.mean(np.any(expected != style.background, axis=-1)) > 0.05
+    assert np.sum(apart > 1) == 0
