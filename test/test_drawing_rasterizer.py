@@ -117,12 +117,13 @@ def some_triangles(kind, count, rng):
 KINDS = ['random', 'sliver', 'small', 'narrow', 'centres', 'halves', 'axes', 'huge', 'huge sliver']
 
 
-@pytest.mark.parametrize('kind', KINDS)
-def test_coverage_is_exact(kind):
+@pytest.mark.parametrize('kind, is_narrow', [
+    *((kind, None) for kind in KINDS), ('small', False), ('narrow', False)])
+def test_coverage_is_exact(kind, is_narrow):
     rng = np.random.default_rng(2021)
     some = False
     for triangle in some_triangles(kind, 1500, rng):
-        depth, _ = draw([triangle / PLACES])
+        depth, _ = draw([triangle / PLACES], is_narrow=is_narrow)
         expected = covered(triangle)
         some |= expected.any()
         np.testing.assert_array_equal(depth > 0, expected, err_msg=str(triangle))
@@ -179,6 +180,23 @@ def test_nearness_and_colour_are_planes():
     np.testing.assert_allclose(depth[v, u], weights @ nearness[0], rtol=1e-6)
     levels = words[v, u][:, None] >> np.array([0, 8, 16], np.uint32) & 255
     np.testing.assert_allclose(levels, weights @ colours[0], atol=0.5 + 1e-3)
+
+
+def test_triangles_in_groups_and_alone_make_the_same_picture():
+    # Colours are interpolated from other starting points, so rounding may differ by one level.
+    rng = np.random.default_rng(11)
+    corners = some_triangles('small', 400, rng) / PLACES
+    nearness, colours = rng.uniform(0.5, 0.6, (400, 3)), rng.uniform(0, 255, (400, 3, 3))
+    for is_correct in (False, True):
+        for is_painted in (False, True):
+            (one, words), (other, others) = (
+                draw(corners, nearness, colours, is_correct, is_painted=is_painted,
+                     is_narrow=is_narrow) for is_narrow in (True, False))
+            np.testing.assert_allclose(one, other, rtol=1e-5)
+            shifts = np.array([0, 8, 16], np.uint32)
+            apart = np.abs((words[..., None] >> shifts & 255).astype(int)
+                           - (others[..., None] >> shifts & 255))
+            assert apart.max() <= 1
 
 
 def test_perspective_correct_colour_is_linear_in_space():

@@ -59,7 +59,9 @@ def test_quality_against_64_samples():
                                     style=Style(samples=samples)), reference)
                for samples in (1, 4, 8, 16)]
     # One sample shows that the measure tells them apart; 4 and 8 reach what the readers of the
-    # README are told; 16 is better still.
+    # README are told; 16 is better still. At 640 x 480 more of the pixels lie on edges: 48.8 dB
+    # with 4, 54.1 with 8, where the mean of 8 whole frames has 54.2; none of the eight rooks'
+    # patterns that follow edges best, in all directions or near the axes, was better.
     assert quality[0] < 45.0
     assert quality[1] >= 48.5
     assert quality[2] >= 55.0
