@@ -63,8 +63,11 @@ def _panel(axes, chart, lines):
     level = lines[0]['level']
     outcomes, letters = list(LETTERS), list(LETTERS.values())
     numbers = np.array([[letters.index(letter) for letter in row['cells']] for row in lines])
-    axes.pcolormesh(places(chart.x, level), places(chart.y, level), numbers, cmap=_colors(),
-                    vmin=-0.5, vmax=len(outcomes) - 0.5)
+    at_x, at_y = places(chart.x, level), places(chart.y, level)
+    axes.pcolormesh(at_x, at_y, numbers, cmap=_colors(), vmin=-0.5, vmax=len(outcomes) - 0.5)
+    # Cells at the ends are shown by half, so that panels of other levels have the same frame.
+    axes.set_xlim(at_x[0], at_x[-1])
+    axes.set_ylim(at_y[0], at_y[-1])
     for axis, of in ((axes.xaxis, chart.x), (axes.yaxis, chart.y)):
         _ticks(axis, of)
     return {outcomes[number] for number in np.unique(numbers)}

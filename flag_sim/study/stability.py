@@ -217,9 +217,9 @@ SEEN = {
                       'enough, and stays bounded up to the largest ratio that the dial takes. '
                       'Xpbd, always stable, may stretch to stretch_limit instead. Euler lives '
                       'on damping: without it, it has no stable step.',
-    'wind-steps': 'Where drag is implicit, wind moves no border: in 200 m/s it is where it is in '
-                  'a breeze. Seed, whose drag is explicit, diverges in strong wind however limp '
-                  'the cloth.',
+    'wind-steps': 'Wind moves no border of symplectic, verlet, rk4 and xpbd, whose drag is '
+                  'implicit: in 200 m/s it is where it is in still air. Seed, whose drag is '
+                  'explicit, diverges in strong wind however limp the cloth.',
     'wind-frames': 'In frames of 1/30 s every stiffness is bounded in every wind; limp cloth '
                    'hangs at stretch_limit, stiff cloth beyond the line is softened. Only seed '
                    'loses frames.',
