@@ -19,7 +19,7 @@ from flag_sim.study import error
 import numpy as np
 
 WORTH = 0.1
-"""Part of a cost or of an error that makes a difference."""
+"""Part of an error that makes a difference."""
 
 
 def grouped(rows, *columns):
@@ -76,18 +76,14 @@ def whole(rows, *columns):
 
 def frontier(points):
     """
-    Return the indices of points (cost, error) that no other beats, by their cost.
+    Return the indices of points (cost, error) that no other beats in both, by their cost.
 
-    A point is beaten by one that is more accurate and at most the part WORTH dearer, and must
-    itself lower the error by that part of it: less is not worth a place, and the chances of
-    timing would decide who has it.
+    A dearer point must lower the error by at least the part WORTH of it: less is not worth a
+    place, and the chances of timing would decide who has it.
     """
     best, found = math.inf, []
     for index in sorted(range(len(points)), key=lambda i: points[i]):
-        cost, error_here = points[index]
-        if error_here < best and not any(
-                other <= (1.0 + WORTH) * cost and smaller < error_here
-                for other, smaller in points):
-            best = (1.0 - WORTH) * error_here
+        if points[index][1] < best:
+            best = (1.0 - WORTH) * points[index][1]
             found.append(index)
     return found
