@@ -154,6 +154,14 @@ def kernel(function=None, **options):
     return dispatcher
 
 
+inner_kernel = functools.partial(kernel, forceinline=True)
+"""
+A kernel that becomes a part of each kernel that calls it.
+
+Of others every caller brings a copy, and the process runs the copy that it happened to load first.
+They differ in how sums of products are rounded, and so would a run that compiles and the next one.
+"""
+
 wide_kernel = functools.partial(kernel, pipeline_class=_WideCompiler)
 """A kernel whose loops run over many numbers: compiled to the widest vectors."""
 

@@ -20,14 +20,14 @@ differ from node to node, and Jacobi's preconditioners, of numbers or of blocks,
 iterations. With M each iterate keeps the momentum of a free cloth, as internal forces have no sum.
 """
 from flag_sim.cloth.solvers.matrix import multiply
-from flag_sim.kernels import kernel
+from flag_sim.kernels import inner_kernel
 import numpy as np
 
 # In vectors, and so in another order than written; the order is the same in every run.
 SUMS = {'contract', 'reassoc'}
 
 
-@kernel(fastmath=SUMS)
+@inner_kernel(fastmath=SUMS)
 def dot(a, b, span):
     """Return the sum of a . b over all nodes, in float64 whatever the fields are."""
     ax, ay, az = a
@@ -40,7 +40,7 @@ def dot(a, b, span):
     return total
 
 
-@kernel(fastmath=SUMS)
+@inner_kernel(fastmath=SUMS)
 def norm2(a, weight, span):
     """Return the sum of weight a . a over all nodes, in float64 whatever the fields are."""
     x, y, z = a
@@ -52,7 +52,7 @@ def norm2(a, weight, span):
     return total
 
 
-@kernel
+@inner_kernel
 def _add(field, factor, other, span):
     """Add a factor times another field to a field."""
     first, last, _ = span
@@ -62,7 +62,7 @@ def _add(field, factor, other, span):
             f[i] += factor * o[i]
 
 
-@kernel
+@inner_kernel
 def _turn(direction, kept, residual, inverse_mass, span):
     """Set the next direction: M^-1 residual and a part of the last direction that is kept."""
     first, last, _ = span
@@ -72,7 +72,7 @@ def _turn(direction, kept, residual, inverse_mass, span):
             d[i] = inverse_mass[i] * r[i] + kept * d[i]
 
 
-@kernel
+@inner_kernel
 def solve(matrix, mass, inverse_mass, weights, coefficients, work, residual, direction, product,
           solution, tolerance, limit, dt, span):
     """

@@ -19,7 +19,7 @@ from flag_sim.cloth.forces import set_forces
 from flag_sim.cloth.solvers.conjugate import dot, norm2, solve
 from flag_sim.cloth.solvers.matrix import FIELDS, Matrix, multiply, set_faces, set_springs
 from flag_sim.cloth.solvers.solver import Solver
-from flag_sim.kernels import kernel
+from flag_sim.kernels import inner_kernel, kernel
 
 TOLERANCE = 1e-3
 """Part of the residual that is left; smaller ones change less than the step's own error does."""
@@ -27,7 +27,7 @@ LIMIT = 400
 """Iterations in a step; 61 x 41 nodes need 50 to 100 at the defaults, 400 at stiffness 1e5."""
 
 
-@kernel
+@inner_kernel
 def _guess(velocity, inverse_mass, gravity, dt, velocity_out, span):
     """Guess that the nodes fall freely."""
     x, y, z = velocity
@@ -39,7 +39,7 @@ def _guess(velocity, inverse_mass, gravity, dt, velocity_out, span):
         z_out[i] = z[i] - (fallen if inverse_mass[i] > 0.0 else none)
 
 
-@kernel
+@inner_kernel
 def _move(position, velocity, dt, position_out, span):
     """Move the nodes by a velocity."""
     first, last, _ = span
@@ -49,7 +49,7 @@ def _move(position, velocity, dt, position_out, span):
             out[i] = x[i] + dt * v[i]
 
 
-@kernel
+@inner_kernel
 def _set_residual(velocity, velocity_out, force, mass, node_damping, dt, residual, span):
     """Set what the guess y leaves of M (v - y) + h f(x + h y, y) - h nu M y [N s]."""
     first, last, _ = span
@@ -59,7 +59,7 @@ def _set_residual(velocity, velocity_out, force, mass, node_damping, dt, residua
             r[i] = mass[i] * (v[i] - y[i] - dt * node_damping * y[i]) + dt * f[i]
 
 
-@kernel
+@inner_kernel
 def _set_difference(a, b, difference, span):
     """Set the difference a - b of two fields."""
     first, last, _ = span
@@ -69,7 +69,7 @@ def _set_difference(a, b, difference, span):
             d[i] = u[i] - v[i]
 
 
-@kernel
+@inner_kernel
 def _scale(field, factor, span):
     """Multiply a field by a factor."""
     first, last, _ = span
@@ -79,7 +79,7 @@ def _scale(field, factor, span):
             f[i] *= factor
 
 
-@kernel
+@inner_kernel
 def _lose_energy(velocity, velocity_out, matrix, mass, weights, coefficients, work, residual,
                  product, dt, span):
     """

@@ -26,7 +26,7 @@ from typing import NamedTuple
 
 from flag_sim.cloth.bending import add_moments, set_moments
 from flag_sim.cloth.wind import add_faces, LINEAR, QUADRATIC
-from flag_sim.kernels import kernel
+from flag_sim.kernels import inner_kernel
 import numpy as np
 
 ONE = np.uint64(1)
@@ -58,7 +58,7 @@ class Matrix(NamedTuple):
                    tuple(fields[16:22]))
 
 
-@kernel
+@inner_kernel
 def _set_spring(position, i, j, at, weight, stiff, damp, rest, across, along):
     """
     Set what the spring from i to j, with a share of h^2 k and h c, does to its ends.
@@ -78,7 +78,7 @@ def _set_spring(position, i, j, at, weight, stiff, damp, rest, across, along):
     along[0][at], along[1][at], along[2][at] = size * dx, size * dy, size * dz
 
 
-@kernel
+@inner_kernel
 def set_springs(position, weights, spring_k, spring_c, spring_rest, matrix, dt, span):
     """Fill the springs' part of the matrix at positions."""
     k_a, k_d, k_x = dt * dt * spring_k[0], dt * dt * spring_k[1], dt * dt * spring_k[2]
@@ -94,7 +94,7 @@ def set_springs(position, weights, spring_k, spring_c, spring_rest, matrix, dt, 
         _set_spring(position, i, d, i, weights.cell[i], k_x, c_x, rest_x, across[3], along[3])
 
 
-@kernel
+@inner_kernel
 def _set_face(position, velocity, wind, i, j, k, at, weight, drag, law, nx, ny, nz):
     """Set what the face with its right angle in i does to its nodes; drag: h rho C_d / 2."""
     number = type(drag)
@@ -119,7 +119,7 @@ def _set_face(position, velocity, wind, i, j, k, at, weight, drag, law, nx, ny, 
     nx[at], ny[at], nz[at] = size * ax, size * ay, size * az
 
 
-@kernel
+@inner_kernel
 def set_faces(position, velocity, wind, weights, drag, law, matrix, dt, span):
     """Fill the wind's part of the matrix: the derivative of the laws that `wind` describes."""
     ux, uy, uz, lx, ly, lz = matrix.faces
@@ -131,7 +131,7 @@ def set_faces(position, velocity, wind, weights, drag, law, matrix, dt, span):
         _set_face(position, velocity, wind, d, s, e, i, weight, dt * drag, law, lx, ly, lz)
 
 
-@kernel
+@inner_kernel
 def _multiply_springs(matrix, mass, inertia, field, product, span):
     """Set the product to that of masses and springs; each node gathers from the eight it has."""
     x, y, z = field
@@ -176,7 +176,7 @@ def _multiply_springs(matrix, mass, inertia, field, product, span):
                                pz + t * uz + g * fz[nw])
 
 
-@kernel
+@inner_kernel
 def _push_faces(matrix, field, faces, span):
     """Fill half of what each face answers to the change of its velocity by the field."""
     x, y, z = field
@@ -196,7 +196,7 @@ def _push_faces(matrix, field, faces, span):
         flx[i], fly[i], flz[i] = g * lx[i], g * ly[i], g * lz[i]
 
 
-@kernel
+@inner_kernel
 def multiply(matrix, mass, weights, coefficients, work, field, product, dt, span):
     """Set the product of A and a field that is zero at pins and ghosts; work is overwritten."""
     inertia = type(dt)(1.0) + dt * coefficients.node_damping
