@@ -30,10 +30,9 @@ PICTURES = {'4 samples': {'samples': 4}, '320 x 240': {'width': 320, 'height': 2
 
 def methods():
     """Return {name: changes}: the ways to take the steps of a frame."""
-    single = {'symplectic float32': {'precision': 'float32'}} if 'precision' in scene.BASE else {}
     return {
         **{name: {'solver': name} for name in SOLVERS if name not in ('rk4', 'xpbd', 'euler')},
-        **single,
+        'symplectic float32': {'precision': 'float32'},
         **{f'xpbd {count} steps': {'solver': 'xpbd', 'substeps': count, 'substeps_limit': count}
            for count in (5, 20, 80)},
         'softened': {'substeps_limit': None},
