@@ -26,6 +26,8 @@ TURNS = 5
 COLUMNS = (7, 13, 16, 25, 31, 61, 121)
 PICTURES = {'4 samples': {'samples': 4}, '320 x 240': {'width': 320, 'height': 240}}
 """Other pictures than the default's; they are tried with symplectic steps."""
+DEFAULT = f'{scene.BASE["grid.columns"]} {scene.BASE["solver"]}'
+"""The name of the defaults among the combinations."""
 
 
 def methods():
@@ -141,6 +143,8 @@ def plots(rows, folder):
             edge = [at[names.index(name)] for name in best(rows, column)]
             axis.plot(*zip(*edge), color='C3', lw=7, alpha=0.25,
                       label='frontier')
+            axis.plot(*at[names.index(DEFAULT)], 'o', ms=13, mfc='none', mec='black', mew=1.5,
+                      ls='none', label='the defaults')
             axis.set(xscale='log', xlabel='time of a frame, physics and drawing [ms]',
                      ylabel=label)
         axes[0].set_yscale('log')
@@ -151,7 +155,8 @@ def plots(rows, folder):
         drawing.plain(*axes)
     return [('frontier.png', 'The whole pipeline: cost of a frame against what is wrong in it, '
                              'in pixels (left, less is better) and as a picture (right, more is '
-                             'better). Along each line the grid grows from 7 to 121 columns.')]
+                             'better). Along each line the grid grows from 7 to 121 columns; '
+                             'the circle is the defaults.')]
 
 
 def _look(kind):
@@ -161,5 +166,5 @@ def _look(kind):
     if 'float32' in kind:
         look.update(ls='-.', mfc='none')
     if ',' in kind:
-        look.update(alpha=0.5, ls=':')
+        look.update(alpha=0.6, ls=':', marker='x' if 'samples' in kind else '+', ms=7)
     return look

@@ -66,8 +66,13 @@ def main(args=None):
         asked = hashlib.sha256(repr(sorted(settings.items())).encode()).hexdigest()
         store = Store(work, {**machine.identity(), 'rate': options.rate,
                              'settings': asked[:16]})
-        search = Search(settings, options.rate, store)
-        verdict, errors = search.find(options.error_px)
+        try:
+            search = Search(settings, options.rate, store)
+            verdict, errors = search.find(options.error_px)
+        except ValueError:
+            # The flag may leave the picture in the wind only: there is nothing to go on with.
+            shutil.rmtree(work)
+            raise
         chosen = search.chosen(verdict.option.name)
         params.write(output, _promise(options, search, verdict, errors, load),
                      params.blocks(changed(settings, chosen), chosen))
