@@ -26,8 +26,6 @@ TURNS = 5
 COLUMNS = (7, 13, 16, 25, 31, 61, 121)
 PICTURES = {'4 samples': {'samples': 4}, '320 x 240': {'width': 320, 'height': 240}}
 """Other pictures than the default's; they are tried with symplectic steps."""
-DEFAULT = f'{scene.BASE["grid.columns"]} {scene.BASE["solver"]}'
-"""The name of the defaults among the combinations."""
 
 
 def methods():
@@ -130,6 +128,7 @@ included:
 
 def plots(rows, folder):
     """Draw all combinations and the frontier, for pixels and for the picture."""
+    default = f'{scene.BASE["grid.columns"]} {scene.BASE["solver"]}'
     with drawing.figure(folder / 'frontier.png', columns=2, size=(7.0, 5.2)) as (_, axes):
         for axis, column, label in (
                 (axes[0], 'rms_px', f'RMS error after {1e3 * WINDOW:.0f} ms [px]'),
@@ -143,7 +142,7 @@ def plots(rows, folder):
             edge = [at[names.index(name)] for name in best(rows, column)]
             axis.plot(*zip(*edge), color='C3', lw=7, alpha=0.25,
                       label='frontier')
-            axis.plot(*at[names.index(DEFAULT)], 'o', ms=13, mfc='none', mec='black', mew=1.5,
+            axis.plot(*at[names.index(default)], 'o', ms=13, mfc='none', mec='black', mew=1.5,
                       ls='none', label='the defaults')
             axis.set(xscale='log', xlabel='time of a frame, physics and drawing [ms]',
                      ylabel=label)
