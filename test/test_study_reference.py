@@ -19,7 +19,7 @@ from flag_sim.nodes.look import look_of as look_of_node
 from flag_sim.nodes.physics import hang_of, Physics
 from flag_sim.study import reference, settings
 from flag_sim.study.reference import nested, on_grid, Reference
-from flag_sim.study.search import WRITTEN
+from flag_sim.study.search import CHOSEN
 from flag_sim.study.trial import Trials
 import numpy as np
 import pytest
@@ -48,14 +48,15 @@ def test_settings_are_the_dials():
         for name, value in values.items():
             dial = dials[{'drawing.threads': 'threads'}.get(name, name)]
             assert (tuple(dial) if isinstance(dial, list) else dial) == value, name
-    assert set(WRITTEN) - {'precision'} <= {dial.name for dial in NODES['physics']}
+    assert set(CHOSEN) - {'rate'} <= {dial.name for dial in NODES['physics']}
 
 
 def test_settings_make_what_the_nodes_make():
     """The same cloth and the same look, of other values than the defaults."""
     changes = {'pole.height': 6.0, 'flag.length': 1.0, 'camera.distance': 3.0, 'ambient': 0.1,
                'flag.specular': 0.5, 'samples': 4, 'stiffness': 200.0, 'solver': 'verlet',
-               'pole_collision': True, 'air.law': 'linear', 'substeps': 70}
+               'pole_collision': True, 'air.law': 'linear', 'substeps': 70, 'threads': 2,
+               'precision': 'float32'}
     some = settings.changed(settings.defaults(), changes)
     values = {dial.name: changes.get(dial.name, dial.default)
               for node in ('physics', 'renderer') for dial in NODES[node]}
@@ -63,7 +64,8 @@ def test_settings_make_what_the_nodes_make():
     assert settings.hang_of(some) == hang_of(values)
     values = {dial.name: changes.get(dial.name, dial.default) for dial in NODES['physics']}
     ours, theirs = settings.cloth_of(some), Physics._new_cloth(values)
-    for name in ('material', 'air', 'gravity', 'stepping', 'solver', 'stretch_limit', 'pole'):
+    for name in ('material', 'air', 'gravity', 'stepping', 'solver', 'stretch_limit', 'pole',
+                 'precision'):
         assert getattr(ours, name) == getattr(theirs, name), name
     assert np.array_equal(ours.positions, theirs.positions)
     with pytest.raises(ValueError, match='no dial stifness'):

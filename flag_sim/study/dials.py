@@ -37,6 +37,8 @@ def settings():
         **{f'solver={name}': {'solver': name} for name in SOLVERS
            if name != scene.BASE['solver']},
         'step_safety=0.45': {'step_safety': 0.45},
+        'precision=float32': {'precision': 'float32'},
+        'physics threads=2': {'threads': 2},
         **{f'substeps_limit={max(1, round(part * demanded))}':
            {'substeps_limit': max(1, round(part * demanded))} for part in SOFTER},
         **{f'samples={count}': {'samples': count} for count in (4, 8, 16)},
@@ -47,10 +49,6 @@ def settings():
         'size=1280 x 960': {'width': 1280, 'height': 960},
         'drawing threads=2': {'drawing.threads': 2},
     }
-    if 'precision' in scene.BASE:
-        changes['precision=float32'] = {'precision': 'float32'}
-    if 'threads' in scene.BASE:
-        changes['physics threads=2'] = {'threads': 2}
     return {**{name: changed(scene.BASE, change) for name, change in changes.items()},
             **{f'grid={columns} x {one["grid.rows"]}': one
                for columns in COLUMNS for one in [scene.with_grid(columns)]}}

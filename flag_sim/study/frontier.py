@@ -30,10 +30,9 @@ PICTURES = {'4 samples': {'samples': 4}, '320 x 240': {'width': 320, 'height': 2
 
 def methods():
     """Return {name: changes}: the ways to take the steps of a frame."""
-    single = {'symplectic float32': {'precision': 'float32'}} if 'precision' in scene.BASE else {}
     return {
         **{name: {'solver': name} for name in SOLVERS if name not in ('rk4', 'xpbd', 'euler')},
-        **single,
+        'symplectic float32': {'precision': 'float32'},
         **{f'xpbd {count} steps': {'solver': 'xpbd', 'substeps': count, 'substeps_limit': count}
            for count in (5, 20, 80)},
         'softened': {'substeps_limit': None},
@@ -129,6 +128,7 @@ included:
 
 def plots(rows, folder):
     """Draw all combinations and the frontier, for pixels and for the picture."""
+    default = f'{scene.BASE["grid.columns"]} {scene.BASE["solver"]}'
     with drawing.figure(folder / 'frontier.png', columns=2, size=(7.0, 5.2)) as (_, axes):
         for axis, column, label in (
                 (axes[0], 'rms_px', f'RMS error after {1e3 * WINDOW:.0f} ms [px]'),
@@ -142,6 +142,8 @@ def plots(rows, folder):
             edge = [at[names.index(name)] for name in best(rows, column)]
             axis.plot(*zip(*edge), color='C3', lw=7, alpha=0.25,
                       label='frontier')
+            axis.plot(*at[names.index(default)], 'o', ms=13, mfc='none', mec='black', mew=1.5,
+                      ls='none', label='the defaults')
             axis.set(xscale='log', xlabel='time of a frame, physics and drawing [ms]',
                      ylabel=label)
         axes[0].set_yscale('log')
@@ -152,7 +154,8 @@ def plots(rows, folder):
         drawing.plain(*axes)
     return [('frontier.png', 'The whole pipeline: cost of a frame against what is wrong in it, '
                              'in pixels (left, less is better) and as a picture (right, more is '
-                             'better). Along each line the grid grows from 7 to 121 columns.')]
+                             'better). Along each line the grid grows from 7 to 121 columns; '
+                             'the circle is the defaults.')]
 
 
 def _look(kind):
@@ -162,5 +165,5 @@ def _look(kind):
     if 'float32' in kind:
         look.update(ls='-.', mfc='none')
     if ',' in kind:
-        look.update(alpha=0.5, ls=':')
+        look.update(alpha=0.6, ls=':', marker='x' if 'samples' in kind else '+', ms=7)
     return look

@@ -53,6 +53,22 @@ def read(path):
     return changed(defaults(), changes), others
 
 
+def blocks(settings, chosen):
+    """Return {node: {dial: value}} of the chosen dials, and of what else is not the default."""
+    names = {own: name for (_, name), own in OWN.items()}
+    return {node: {names.get(dial, dial): _typed(settings[dial], default)
+                   for dial, default in dials.items()
+                   if dial in chosen or settings[dial] != default}
+            for node, dials in DEFAULTS.items()}
+
+
+def _typed(value, default):
+    """Return a value as its dial's type: people write 6 for 6.0."""
+    if isinstance(default, tuple):
+        return [_typed(*pair) for pair in zip(value, default)]
+    return type(default)(value)
+
+
 def _flat(block, prefix=''):
     """Yield (dotted name, value) of a block that may be nested."""
     for name, value in block.items():
@@ -83,6 +99,8 @@ def write(path, comment, blocks):
     """
     lines = [f'# {line}'.rstrip() for line in comment]
     for node, values in blocks.items():
+        if not values:
+            continue
         lines += [f'/{node}:', '  ros__parameters:']
         lines += [f'    {name}: {_text(value)}' for name, value in values.items()]
     handle, beside = tempfile.mkstemp(dir=path.parent, prefix=f'.{path.name}-')
@@ -98,5 +116,8 @@ def write(path, comment, blocks):
 def _text(value):
     """Return a value as YAML that ROS reads as its type: a float always with its point."""
     if isinstance(value, float):
-        return f'{value:.6f}'.rstrip('0') + ('0' if value == int(value) else '')
-    return str(value)
+        digits, letter, power = f'{value:.7g}'.partition('e')
+        return digits + '.0' * ('.' not in digits) + letter + power
+    if isinstance(value, list):
+        return f'[{", ".join(map(_text, value))}]'
+    return str(value).lower() if isinstance(value, bool) else str(value)

@@ -16,6 +16,8 @@
 import contextlib
 import importlib.util
 
+import numpy as np
+
 MISSING = ("Plots are missing: matplotlib is not installed (pip install 'flag_sim[study]', or the "
            'package python3-matplotlib).')
 
@@ -36,11 +38,15 @@ def figure(path, columns=1, rows=1, size=(7.0, 4.5), **options):
     # The figure alone, without pyplot: no window, no state that another plot could meet.
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
-    drawn = Figure(figsize=(size[0] * columns, size[1] * rows), layout='constrained')
-    FigureCanvasAgg(drawn)
+    from PIL import Image  # matplotlib needs it too
+    drawn = Figure(figsize=(size[0] * columns, size[1] * rows), dpi=110, layout='constrained')
+    canvas = FigureCanvasAgg(drawn)
     axes = drawn.subplots(rows, columns, **options)
     yield drawn, axes
-    drawn.savefig(path, dpi=110)
+    canvas.draw()
+    # A palette makes a file a third as long.
+    Image.fromarray(np.asarray(canvas.buffer_rgba())).convert('RGB').quantize().save(
+        path, optimize=True)
 
 
 def plain(*axes):

@@ -81,7 +81,7 @@ class Reference:
 
     def __init__(self, settings, frames, folder=None, finest=FINEST):
         self.settings = {**settings, 'solver': 'symplectic', 'substeps': 0, 'step_safety': 0.9,
-                         'substeps_limit': 10**6}
+                         'substeps_limit': 10**6, 'precision': 'float64'}
         self.shot = Shot(settings)
         self.frames = frames
         self.finest = finest

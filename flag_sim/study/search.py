@@ -38,21 +38,25 @@ MOST_STEPS = 20000
 """Steps that the reference may take in a frame, some ten seconds."""
 DEARER = 2.0
 """How much dearer a candidate may be, by its work, than the cheapest good one to be tried."""
-WRITTEN = ('grid.columns', 'grid.rows', 'damping', 'solver', 'substeps', 'substeps_limit',
-           'step_safety', 'precision')
-"""The dials that are chosen."""
+CHOSEN = ('rate', 'grid.columns', 'grid.rows', 'damping', 'solver', 'substeps',
+          'substeps_limit', 'step_safety', 'precision')
+"""
+The dials that are chosen.
+
+Not threads: they would be taken from the renderer, which draws one frame while the next moves.
+"""
 
 
-def methods(settings):
+def methods():
     """Return {name: changes}: steps that keep the material as it is, and friction in it."""
-    found = {'symplectic': {'solver': 'symplectic', 'substeps': 0}}
-    if 'precision' in settings:
-        found['symplectic float32'] = {**found['symplectic'], 'precision': 'float32'}
-    for name in ('xpbd', 'implicit'):
-        if name in SOLVERS:
-            found |= {f'{name} {steps}': {'solver': name, 'substeps': steps,
-                                          'substeps_limit': steps} for steps in (2, 5, 10)}
-    return found
+    exact = {'solver': 'symplectic', 'substeps': 0, 'precision': 'float64'}
+    return {
+        'symplectic': exact,
+        'symplectic float32': {**exact, 'precision': 'float32'},
+        **{f'{name} {steps}': {**exact, 'solver': name, 'substeps': steps,
+                               'substeps_limit': steps}
+           for name in ('xpbd', 'implicit') for steps in (2, 5, 10)},
+    }
 
 
 def require(settings):
@@ -100,7 +104,7 @@ class Search:
         """Return {name: settings}, from cheap to dear by the work of a frame."""
         found, works = {}, {}
         for rows, columns in grids:
-            for method, changes in methods(self.settings).items():
+            for method, changes in methods().items():
                 name = f'{columns} x {rows}, {method}'
                 found[name] = changed(on_grid(self.settings, rows, columns), changes)
                 steps = cloth_of(found[name]).advance(1.0 / self.settings['rate']).granted
@@ -125,11 +129,9 @@ class Search:
             # As bad as it was found to be, it may still be the best there is.
             options[name] = verdict.option._replace(error_px=worse)
 
-    def written(self, name):
-        """Return the params file's blocks {node: {dial: value}} for a candidate."""
-        settings = self.candidates[name]
-        return {'wind': {'rate': float(settings['rate'])},
-                'physics': {dial: settings[dial] for dial in WRITTEN if dial in settings}}
+    def chosen(self, name):
+        """Return {dial: value} of what is chosen with a candidate."""
+        return {dial: self.candidates[name][dial] for dial in CHOSEN}
 
     def _options(self, error_px):
         """Return Options of the candidates that are worth trying."""

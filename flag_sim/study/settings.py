@@ -68,7 +68,7 @@ def _defaults(groups):
 
 def _cloth_defaults():
     arguments = inspect.signature(Cloth).parameters
-    found = {dial: arguments[name].default for dial, name in CLOTH.items() if name in arguments}
+    found = {dial: arguments[name].default for dial, name in CLOTH.items()}
     # Zero: they follow from the pole's height.
     return {**found, 'flag.length': 0.0, 'flag.width': 0.0}
 
@@ -126,7 +126,7 @@ def hang_of(settings):
 def cloth_of(settings):
     """Return the Cloth of settings, at rest; raises ValueError where there is none."""
     hoist_top, length, width = hang_of(settings)
-    arguments = {name: settings[dial] for dial, name in CLOTH.items() if dial in settings}
+    arguments = {name: settings[dial] for dial, name in CLOTH.items()}
     arguments.update(length=length, width=width, hoist_top=hoist_top)
     if settings['pole_collision']:
         arguments['pole'] = (0.0, 0.0, 0.5 * settings['pole.diameter'])

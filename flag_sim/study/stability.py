@@ -205,8 +205,8 @@ def plots(rows, folder):
 
 SEEN = {
     'steps': 'Below the line symplectic, verlet and rk4 never diverge, and above it they soon do, '
-             'over 24 powers of ten; xpbd never does. Seed breaks below its line, where cloth is '
-             'limp or light, because its drag is explicit.',
+             'over 24 powers of ten; xpbd and implicit never do. Seed breaks below its '
+             'line, where cloth is limp or light, because its drag is explicit.',
     'frames': 'Above the line the cloth is softened (blue) and stays bounded; cloth too limp to '
               'carry itself hangs at stretch_limit (yellow). Only euler and seed lose frames '
               '(orange).',
@@ -217,9 +217,9 @@ SEEN = {
                       'enough, and stays bounded up to the largest ratio that the dial takes. '
                       'Xpbd, always stable, may stretch to stretch_limit instead. Euler lives '
                       'on damping: without it, it has no stable step.',
-    'wind-steps': 'Wind moves no border of symplectic, verlet, rk4 and xpbd, whose drag is '
-                  'implicit: in 200 m/s it is where it is in still air. Seed, whose drag is '
-                  'explicit, diverges in strong wind however limp the cloth.',
+    'wind-steps': 'Wind moves no border of symplectic, verlet, rk4, xpbd and implicit, whose '
+                  'drag is implicit: in 200 m/s it is where it is in still air. Seed, whose '
+                  'drag is explicit, diverges in strong wind however limp the cloth.',
     'wind-frames': 'In frames of 1/30 s every stiffness is bounded in every wind; limp cloth '
                    'hangs at stretch_limit, stiff cloth beyond the line is softened. Only seed '
                    'loses frames.',

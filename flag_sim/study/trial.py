@@ -55,7 +55,7 @@ class Trials:
         what the steps left of it. If the run diverged all are None, and so are the positions.
         """
         shot, right = self.reference.shot, self._end(window)
-        self._warm_up((settings['solver'], settings.get('precision')),
+        self._warm_up((settings['solver'], settings['precision']),
                       lambda: self.reference.start(window, settings).advance(1e-6))
         cloth = self.reference.start(window, settings)
         times, positions = [], None

@@ -24,7 +24,7 @@ import sys
 from flag_sim.study import error, machine, params, report
 from flag_sim.study.reference import WINDOW
 from flag_sim.study.search import require, Search
-from flag_sim.study.settings import defaults
+from flag_sim.study.settings import changed, defaults
 from flag_sim.study.store import Store
 
 MOST_HZ = 1000.0
@@ -66,10 +66,16 @@ def main(args=None):
         asked = hashlib.sha256(repr(sorted(settings.items())).encode()).hexdigest()
         store = Store(work, {**machine.identity(), 'rate': options.rate,
                              'settings': asked[:16]})
-        search = Search(settings, options.rate, store)
-        verdict, errors = search.find(options.error_px)
+        try:
+            search = Search(settings, options.rate, store)
+            verdict, errors = search.find(options.error_px)
+        except ValueError:
+            # The flag may leave the picture in the wind only: there is nothing to go on with.
+            shutil.rmtree(work)
+            raise
+        chosen = search.chosen(verdict.option.name)
         params.write(output, _promise(options, search, verdict, errors, load),
-                     search.written(verdict.option.name))
+                     params.blocks(changed(settings, chosen), chosen))
     except (ValueError, FileExistsError) as problem:
         parser.error(str(problem))
     except KeyboardInterrupt:
@@ -90,7 +96,7 @@ def _promise(options, search, verdict, errors, load):
         f'on {machine.processor()}, {machine.cores()} cores'
         + (f' (busy: load {load:.1f})' if load > report.BUSY * machine.cores() else '') + ',',
         f'for a picture of {own["width"]} x {own["height"]} pixels and a camera at '
-        f'{own["camera.distance"]:g} m. Give it after your own params file.',
+        f'{own["camera.distance"]:g} m. Give it to all nodes, after your own params file.',
         '',
         f'Error: {error.rms(errors):.2g} px (RMS) after {1e3 * search.window_s:.0f} ms, in '
         f'{len(errors)} windows of a shot that it',
@@ -108,7 +114,7 @@ def _promise(options, search, verdict, errors, load):
     lines.append(f'{search.limit_ms:.3g} ms are there at {options.rate:g} Hz'
                  + ('.' if verdict.is_fast else f': MISSED by {cost - search.limit_ms:.2g} ms; '
                     'nothing that was tried is faster.'))
-    if search.written(verdict.option.name)['physics']['damping'] != own['damping']:
+    if search.chosen(verdict.option.name)['damping'] != own['damping']:
         lines.append('damping is a ratio for one spring: it goes with the grid, so that the sheet '
                      'stays the same.')
     return lines
