@@ -160,10 +160,15 @@ def test_a_process_with_threads_ends():
     assert (done.returncode, done.stderr) == (0, '')
 
 
-def test_a_pole_is_kept_out_of_with_threads_too():
-    """With it the steps are taken one by one, by one thread."""
-    pole = (0.0, 0.0, 0.05)
-    np.testing.assert_array_equal(flown(pole=pole, threads=2), flown(pole=pole))
+@pytest.mark.parametrize('solver', SOLVERS)
+def test_a_pole_is_kept_out_of_with_threads_too(solver):
+    """Each holds its own nodes, after all have read where these were."""
+    pole = (0.5, 0.05, 0.1)
+    alone = flown(solver=solver, pole=pole)
+    assert np.hypot(alone[..., 0] - 0.5, alone[..., 1] - 0.05).min() > 0.1 * (1.0 - 1e-12)
+    for threads in (2, 3, 7):
+        np.testing.assert_array_equal(flown(solver=solver, pole=pole, threads=threads), alone)
+    assert not np.array_equal(flown(solver=solver), alone)
 
 
 @pytest.mark.parametrize('threads, rule', [(-1, 'threads must be between 0'), (65, 'and 64'),

@@ -23,6 +23,9 @@ from flag_sim.cloth.wind import add_faces, wind_on_faces
 from flag_sim.kernels import shared_kernel, wide_kernel
 import numpy as np
 
+NO_POLE = (0.0, 0.0, 0.0)
+"""A pole of radius zero, which nothing can be inside of."""
+
 
 class Forcing(NamedTuple):
     """What acts on the cloth from outside."""
@@ -30,10 +33,11 @@ class Forcing(NamedTuple):
     wind: tuple = (0.0, 0.0, 0.0)  # [m/s]
     gravity: float = 9.81          # [m/s2], along -z
     air: Air = Air()
+    pole: tuple = NO_POLE          # as x, y and radius of a cylinder; measured as positions [m]
 
 
 class Coefficients(NamedTuple):
-    """The numbers of every force, ready for the kernels."""
+    """The numbers of every force, and of the pole, ready for the kernels."""
 
     spring_k: tuple     # across, down, diagonal [N/m]
     spring_c: tuple     # the dashpots of the same [N s/m]
@@ -45,6 +49,7 @@ class Coefficients(NamedTuple):
     law: int            # of the wind: wind.QUADRATIC, LINEAR or SEED
     order: int          # of the method, to which drag is kept from overshooting
     node_damping: float  # nu [1/s]
+    pole: tuple         # x, y, radius [m]
 
 
 class Work(NamedTuple):

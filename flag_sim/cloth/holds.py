@@ -12,16 +12,31 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""
-What no node may do, whatever the forces: leave its place on the pole, or enter the pole.
-
-At the end of a frame hold_reach comes first, then hold_outside, then hold_around, which brings
-back within reach what was put on the pole's surface, and leaves it there.
-"""
+"""What no node may do, whatever the forces: leave its place on the pole, or enter the pole."""
 import math
 
 from flag_sim.kernels import kernel
 import numpy as np
+
+
+def hold(state, stretch_limit, pole):
+    """
+    Bring back what is in the pole or too far from a held hoist; return how many were too far.
+
+    No node stays farther from the beginning of its row than 1 + stretch_limit times its distance
+    at rest. pole: x, y and radius [m], measured as the state's positions; radius zero for none.
+    """
+    mesh, position, velocity = state.mesh, state.position, state.velocity
+    pole = mesh.number(pole)
+    hoist = tuple(mesh.grid(axis)[:, 0].copy() for axis in position)
+    reach = mesh.number((1.0 + stretch_limit) * mesh.dx)
+    limits = hoist, reach, mesh.free, mesh.columns
+    held = hold_reach(position, velocity, *limits, mesh.span)
+    if pole[2] > 0.0:
+        hold_outside(position, velocity, mesh.free, pole, mesh.span)
+        # Brings back within reach what was put on the pole's surface, and leaves it there.
+        hold_around(position, velocity, *limits, pole, mesh.span)
+    return held
 
 
 @kernel
@@ -59,16 +74,25 @@ def hold_reach(position, velocity, hoist, reach, free, columns, span):
 
 
 @kernel
-def hold_outside(position, velocity, free, center_x, center_y, radius, span):
-    """Put every node inside a vertical cylinder on its surface, and stop it moving inwards."""
+def hold_outside(position, velocity, free, pole, span):
+    """
+    Put every node inside the pole on its surface, and stop it moving inwards.
+
+    pole: x, y and radius [m] of an upright cylinder; with radius zero nothing is inside. Solvers
+    call this after each step, lest a frame carries the cloth through.
+    """
+    center_x, center_y, radius = pole
+    if not radius > 0.0:
+        return
     x, y, _ = position
     vx, vy, _ = velocity
     number = type(radius)
     first, last, _ = span
     for i in range(first, last):
         dx, dy = x[i] - center_x, y[i] - center_y
-        distance = math.sqrt(dx * dx + dy * dy)
-        if distance < radius and free[i] > 0.0:
+        distance2 = dx * dx + dy * dy
+        if distance2 < radius * radius and free[i] > 0.0:
+            distance = math.sqrt(distance2)
             if distance > 0.0:
                 dx, dy = dx / distance, dy / distance
             else:
@@ -81,7 +105,7 @@ def hold_outside(position, velocity, free, center_x, center_y, radius, span):
 
 
 @kernel
-def hold_around(position, velocity, hoist, reach, free, columns, center_x, center_y, radius, span):
+def hold_around(position, velocity, hoist, reach, free, columns, pole, span):
     """
     Bring back what is outside a cylinder and beyond its reach, around the cylinder.
 
@@ -92,6 +116,7 @@ def hold_around(position, velocity, hoist, reach, free, columns, center_x, cente
     x, y, z = position
     vx, vy, vz = velocity
     hx, hy, hz = hoist
+    center_x, center_y, radius = pole
     first, last, stride = span
     number = type(reach)
     for row in range(hx.size):

@@ -63,4 +63,4 @@ class Model:
         return Coefficients(
             number(self.spring_k), number(self.spring_c), number(self.spring_rest),
             number(self.bend), number(forcing.gravity), number(drag), number(rate), LAWS[air.law],
-            order, number(self.material.node_damping))
+            order, number(self.material.node_damping), number(forcing.pole))

@@ -16,21 +16,18 @@
 import functools
 
 from flag_sim.cloth import checks
-from flag_sim.cloth.forces import Forcing
-from flag_sim.cloth.holds import hold_around, hold_outside, hold_reach
+from flag_sim.cloth.divergence import advice, broken_bound, Diverged
+from flag_sim.cloth.forces import Forcing, NO_POLE
+from flag_sim.cloth.holds import hold
 from flag_sim.cloth.material import Air, Material
 from flag_sim.cloth.mesh import Mesh, resample
 from flag_sim.cloth.model import Model
 from flag_sim.cloth.normals import node_normals
 from flag_sim.cloth.solvers import SOLVERS
-from flag_sim.cloth.solvers.solver import ALONE
 from flag_sim.cloth.stability import damping_bound, frequency_bound, plan, Stepping
 from flag_sim.cloth.state import State
 from flag_sim.crew import Crew
-from flag_sim.kernels import kernel
 
-MAX_DISTANCE = 1e9
-"""Greatest coordinate [m]: beyond, float64 does not resolve a tenth of a micrometre."""
 MAX_HOIST = 1e6
 """Greatest coordinate of the hoist [m]."""
 MAX_WIND = 1e4
@@ -39,12 +36,6 @@ MAX_FRAME = 3600.0
 """Longest frame [s]."""
 MAX_THREADS = 64
 """Beyond, their bands of an ordinary grid are shorter than a row."""
-MAX_SPEED = 1e7
-"""Greatest speed along an axis [m/s]: a free fall of eleven days."""
-
-
-class Diverged(RuntimeError):
-    """A frame left the bounds of a sane state; the cloth still holds the frame before."""
 
 
 class Cloth:
@@ -58,7 +49,7 @@ class Cloth:
     last frame. pole: an upright cylinder (x, y, radius) [m] that the cloth stays out of.
     precision: of the numbers inside, float64 or float32; what is given out is float64.
     threads: how many share the steps, 0 chooses by measuring the first frames; the result is the
-    same to the bit. With xpbd, whose steps go from spring to spring, or a pole it is one.
+    same to the bit. With xpbd, whose steps go from line to line, and implicit it is one.
 
     material, air, gravity, stepping, solver, stretch_limit, pole and precision may be changed
     between frames by assignment; regrid keeps the motion too; hang and reset start anew.
@@ -125,7 +116,7 @@ class Cloth:
     @stretch_limit.setter
     def stretch_limit(self, limit):
         self._stretch_limit = checks.finite('stretch_limit', limit, 0.0, 1e6)
-        self._hold_reach()
+        self._hold()
 
     @property
     def pole(self):
@@ -208,7 +199,8 @@ class Cloth:
         Raises Diverged if the frame went out of bounds: the cloth then still stands at its start.
         """
         dt = checks.finite('dt', dt, high=MAX_FRAME, above=0.0)
-        forcing = Forcing(checks.vector('wind', wind, MAX_WIND), self._gravity, self.air)
+        wind = checks.vector('wind', wind, MAX_WIND)
+        forcing = Forcing(wind, self._gravity, self.air, self._cylinder())
         steps = self._planned(dt)
         self._last_good[...] = self._state.data
         try:
@@ -217,47 +209,28 @@ class Cloth:
             self._state.data[...] = self._last_good  # an interrupt: threads may be steps apart
             raise
         self._hold_if_broken(steps, dt / steps.granted)
-        self._hold_reach()
+        self._hold()
         return steps
 
     def _move(self, count, step, forcing):
         """Take count steps of step [s]."""
-        if self._pole is None:
-            with self._crew.frame(count):
-                self._take(forcing, step, count, self._crew)
-        else:
-            # Held out of the pole after each step, lest a frame carries the cloth through.
-            for _ in range(count):
-                self._take(forcing, step, 1)
-                self._hold_outside()
-
-    def _take(self, forcing, step, count, crew=ALONE):
-        """Take count steps; the state is then where they ended."""
-        state = self._solver.advance(self._state, self._spare, forcing, step, count, crew)
+        with self._crew.frame(count):
+            state = self._solver.advance(self._state, self._spare, forcing, step, count,
+                                         self._crew)
         if state is not self._state:
             self._state, self._spare = self._spare, self._state
 
-    def _hold_outside(self):
-        """Keep the cloth out of the pole."""
-        hold_outside(self._state.position, self._state.velocity, self._mesh.free,
-                     *self._cylinder(), self._mesh.span)
+    def _hold(self):
+        """Bring back what is in the pole or farther from the hoist than stretch_limit allows."""
+        if self._mesh.pinned:
+            self.held = hold(self._state, self._stretch_limit, self._cylinder())
 
     def _cylinder(self):
-        """Return the pole as the kernels take it, measured from where positions are."""
+        """Return the pole as Forcing has it, measured from where positions are."""
+        if self._pole is None:
+            return NO_POLE
         x, y, radius = self._pole
-        return self._mesh.number((x - self._hoist_top[0], y - self._hoist_top[1], radius))
-
-    def _hold_reach(self):
-        """Bring back what is farther from the hoist than stretch_limit allows."""
-        mesh, position, velocity = self._mesh, self._state.position, self._state.velocity
-        if mesh.pinned:
-            hoist = tuple(mesh.grid(axis)[:, 0].copy() for axis in position)
-            reach = mesh.number((1.0 + self._stretch_limit) * mesh.dx)
-            limits = hoist, reach, mesh.free, mesh.columns
-            self.held = hold_reach(position, velocity, *limits, mesh.span)
-            if self._pole is not None:
-                self._hold_outside()
-                hold_around(position, velocity, *limits, *self._cylinder(), mesh.span)
+        return x - self._hoist_top[0], y - self._hoist_top[1], radius
 
     def _planned(self, dt):
         """Return the Plan for a frame, and make the solver ready to carry it out."""
@@ -270,27 +243,13 @@ class Cloth:
 
     def _hold_if_broken(self, steps, step):
         """Go back to the frame's start and raise if the state is out of bounds."""
-        for values, limit, what in ((self._state.data[:3], MAX_DISTANCE, 'position'),
-                                    (self._state.data[3:], MAX_SPEED, 'velocity')):
-            if not _within(values.reshape(-1), limit):
-                self._state.data[...] = self._last_good
-                raise Diverged(
-                    f'a {what} is not finite or beyond {limit:g} with solver {self.solver} in '
-                    f'{steps.granted} steps of {step:.3g} s; the cloth is held where the frame '
-                    f'began; {self._advice(step)}')
-
-    def _advice(self, step):
-        """Say which step [s] would have been stable for the present dials."""
-        def stable(solver):
-            return self.stepping.step_safety * solver.stable_step(*self._bounds, self._has_drag())
-
-        own = stable(self._solver)
-        if own == 0.0:
-            return (f'no step is stable for {self.solver}; symplectic is stable in steps of '
-                    f'{stable(SOLVERS["symplectic"]):.3g} s')
-        if step > own * (1.0 + 1e-9):
-            return f'{self.solver} is stable in steps of {own:.3g} s'
-        return f'steps up to {own:.3g} s are stable: it is the state or a force that is too large'
+        broken = broken_bound(self._state)
+        if broken:
+            self._state.data[...] = self._last_good
+            way_out = advice(self.solver, step, self.stepping.step_safety, *self._bounds,
+                             self._has_drag())
+            raise Diverged(f'{broken} with solver {self.solver} in {steps.granted} steps of '
+                           f'{step:.3g} s; the cloth is held where the frame began; {way_out}')
 
     def _has_drag(self):
         """Tell whether the wind acts on the cloth."""
@@ -317,13 +276,3 @@ def _known_solver(name):
     if name not in SOLVERS:
         raise ValueError(f'solver must be one of {sorted(SOLVERS)}, not {name!r}')
     return name
-
-
-@kernel
-def _within(values, limit):
-    """Tell whether all values of a flat array are finite and at most limit in size."""
-    outside = 0.0
-    for i in range(values.size):
-        # A NaN compares false, and so counts as outside.
-        outside += 0.0 if abs(values[i]) <= limit else 1.0
-    return outside == 0.0

@@ -17,6 +17,7 @@ import math
 
 from flag_sim.cloth.forces import set_forces
 from flag_sim.cloth.gate import meet
+from flag_sim.cloth.holds import hold_outside
 from flag_sim.cloth.solvers.solver import Solver
 from flag_sim.kernels import shared_kernel, wide_kernel
 
@@ -79,6 +80,7 @@ def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inve
             _stage(position, velocity, x, v, work.force, inverse_mass, position_out, velocity_out,
                    number(weight / 6.0) * dt, number(ahead) * dt, keep, span)
         _damp(velocity_out, keep, span)
+        hold_outside(position_out, velocity_out, inverse_mass, coefficients.pole, span)
         position, position_out = position_out, position
         velocity, velocity_out = velocity_out, velocity
 

@@ -15,6 +15,7 @@
 """The source text's own scheme, equations 1.5 to 1.10 to the letter."""
 from flag_sim.cloth.forces import set_forces
 from flag_sim.cloth.gate import meet
+from flag_sim.cloth.holds import hold_outside
 from flag_sim.cloth.solvers.solver import Solver
 from flag_sim.cloth.solvers.symplectic import Symplectic
 from flag_sim.kernels import kernel, shared_kernel, wide_kernel
@@ -57,6 +58,7 @@ def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inve
     for _ in range(count):
         set_forces(position, v, wind, mass, weights, coefficients, work, now, span)
         _update(position, v, work.force, inverse_mass, position_out, v_out, dt, mu, span)
+        hold_outside(position_out, v_out, inverse_mass, coefficients.pole, span)
         meet(work.gate)
         position, position_out = position_out, position
         velocity, velocity_out = velocity_out, velocity

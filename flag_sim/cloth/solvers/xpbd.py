@@ -16,6 +16,7 @@
 import math
 
 from flag_sim.cloth.forces import Coefficients, set_forces
+from flag_sim.cloth.holds import hold_outside
 from flag_sim.cloth.solvers.solver import Solver
 from flag_sim.kernels import kernel, wide_kernel
 import numpy as np
@@ -186,7 +187,8 @@ def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inve
     # Drag keeps from overshooting as in a method of order 2: taken over steps as long as these to
     # order 1, a wind that only holds the cloth up, and changes no velocity, would be too weak.
     outside = Coefficients(none, none, rest, none, coefficients.gravity, coefficients.drag,
-                           coefficients.drag_rate, coefficients.law, 2, coefficients.node_damping)
+                           coefficients.drag_rate, coefficients.law, 2, coefficients.node_damping,
+                           coefficients.pole)
     for _ in range(count):
         set_forces(position, velocity, wind, mass, weights, outside, work, dt, span)
         _predict(position, velocity, work.force, inverse_mass, position_out, dt, keep, span)
@@ -194,6 +196,7 @@ def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inve
             _meet_bending(position_out, inverse_mass, weights, coefficients.bend, dt, span)
         _meet_springs(position, position_out, inverse_mass, weights, k, c, rest, dt, lines, span)
         _set_velocity(position, position_out, velocity_out, dt, span)
+        hold_outside(position_out, velocity_out, inverse_mass, coefficients.pole, span)
         position, position_out = position_out, position
         velocity, velocity_out = velocity_out, velocity
 

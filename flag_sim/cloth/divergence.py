@@ -1,0 +1,64 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Whether a state has stayed sane, and what to tell users whose choice of steps has broken it."""
+from flag_sim.cloth.solvers import SOLVERS
+from flag_sim.kernels import kernel
+
+MAX_DISTANCE = 1e9
+"""Greatest coordinate [m]: beyond, float64 does not resolve a tenth of a micrometre."""
+MAX_SPEED = 1e7
+"""Greatest speed along an axis [m/s]: a free fall of eleven days."""
+
+
+class Diverged(RuntimeError):
+    """A frame left the bounds of a sane state; the cloth still holds the frame before."""
+
+
+def broken_bound(state):
+    """Return in words which bound a state breaks; an empty string if none."""
+    for values, limit, what in ((state.data[:3], MAX_DISTANCE, 'position'),
+                                (state.data[3:], MAX_SPEED, 'velocity')):
+        if not _within(values.reshape(-1), limit):
+            return f'a {what} is not finite or beyond {limit:g}'
+    return ''
+
+
+def advice(name, step, safety, omega, gamma, drag):
+    """
+    Say which step would have been stable, instead of one of step [s] with the solver so named.
+
+    safety: the part of the largest stable step that is used. omega, gamma: bounds of frequencies
+    and damping rates [1/s] (see stability). drag: whether the wind acts on the cloth.
+    """
+    def stable(solver):
+        return safety * SOLVERS[solver].stable_step(omega, gamma, drag)
+
+    own = stable(name)
+    if own == 0.0:
+        return (f'no step is stable for {name}; symplectic is stable in steps of '
+                f'{stable("symplectic"):.3g} s')
+    if step > own * (1.0 + 1e-9):
+        return f'{name} is stable in steps of {own:.3g} s'
+    return f'steps up to {own:.3g} s are stable: it is the state or a force that is too large'
+
+
+@kernel
+def _within(values, limit):
+    """Tell whether all values of a flat array are finite and at most limit in size."""
+    outside = 0.0
+    for i in range(values.size):
+        # A NaN compares false, and so counts as outside.
+        outside += 0.0 if abs(values[i]) <= limit else 1.0
+    return outside == 0.0
