@@ -134,6 +134,12 @@ class _CacheImpl(FunctionCache._impl_class):
 class _Cache(FunctionCache):
     _impl_class = _CacheImpl
 
+    def __init__(self, function):
+        super().__init__(function)
+        # numba does not read what another version kept. What other sources kept must not be read
+        # either: it may name classes that are gone.
+        self._cache_file._version += fingerprint()
+
 
 def kernel(function=None, **options):
     """

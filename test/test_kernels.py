@@ -72,6 +72,23 @@ def test_an_edit_anywhere_compiles_anew(copy):
     assert use(copy)[1] == 0
 
 
+def test_a_class_that_is_gone_compiles_anew(copy):
+    """What an older version kept for a kernel's argument is not in the way of a newer one."""
+    code = ('from typing import NamedTuple\n'
+            'from flag_sim.kernels import kernel\n'
+            'class {0}(NamedTuple):\n'
+            '    number: float\n'
+            '@kernel\n'
+            'def double(pair):\n'
+            '    return 2.0 * pair.number\n'
+            'print(double({0}(4.0)))\n')
+    for name in ('Before', 'After'):
+        (copy / 'flag_sim' / 'pair.py').write_text(code.format(name))
+        done = subprocess.run([sys.executable, '-c', 'import flag_sim.pair'], cwd=copy, text=True,
+                              capture_output=True, env={**os.environ, 'PYTHONPATH': str(copy)})
+        assert done.stdout == '8.0\n', done.stderr
+
+
 def test_code_is_kept_where_neither_package_nor_home_can_be_written(copy, tmp_path):
     """Then a folder of this user's among the temporary ones is used."""
     for folder in ('', 'cloth'):
