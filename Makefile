@@ -17,7 +17,7 @@ help:
 	@echo 'make demo   film config/$(SHOT).yaml into out/demo (another shot: make demo SHOT=name)'
 	@echo 'make test   run all tests'
 	@echo 'make soak   run 2000 random extremes of the cloth for each method that promises to bear them,'
-	@echo '            finer grids, and statistics of longer flights'
+	@echo '            finer grids, and statistics of more flights: about a quarter of an hour'
 	@echo 'make bench  measure frames per second and the work on many keys, into out/bench*.json'
 	@echo 'make bench-cloth    move the cloth beside other programs, into out/bench-cloth.json'
 	@echo 'make bench-drawing  draw frames beside other programs, into out/bench-drawing.json'
@@ -34,9 +34,8 @@ test: $(READY)
 	@.venv/bin/python -m pytest -rs
 
 soak: $(READY)
-	@FLAG_SIM_EXTREMES=2000 .venv/bin/python -m pytest -rs test/test_cloth_stability.py
-	@FLAG_SIM_SOAK=1 .venv/bin/python -m pytest -rsP test/test_cloth_refinement.py \
-	test/test_cloth_statistics.py
+	@FLAG_SIM_EXTREMES=2000 FLAG_SIM_SOAK=1 .venv/bin/python -m pytest -rsP \
+	test/test_cloth_stability.py test/test_cloth_refinement.py test/test_cloth_statistics.py
 
 bench: $(READY)
 	@.venv/bin/python test/benchmark/pipeline.py

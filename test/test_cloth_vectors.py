@@ -2,11 +2,12 @@
 import platform
 import re
 
-from flag_sim.cloth import bending, forces, Material, springs, wind
+from flag_sim.cloth import bending, forces, holds, Material, springs, wind
 from flag_sim.cloth.forces import Forcing, Work
 from flag_sim.cloth.mesh import Mesh, PRECISIONS
 from flag_sim.cloth.model import Model
-from flag_sim.cloth.solvers import euler, rk4, seed, symplectic, verlet, xpbd
+from flag_sim.cloth.solvers import (conjugate, euler, implicit, matrix, rk4, seed, symplectic,
+                                    verlet, xpbd)
 from flag_sim.cloth.state import State
 from llvmlite.binding import get_host_cpu_features
 import numba
@@ -15,9 +16,12 @@ import pytest
 pytestmark = pytest.mark.skipif(platform.machine() not in ('x86_64', 'AMD64'),
                                 reason='names x86 instructions')
 
+WIDENS = r'\bv?cvt[sp]s2[sp]d\b'
+"""An instruction that makes float64 of float32."""
+
 
 def loops(precision):
-    """Return every loop over nodes with arguments for it: {name: (kernel, arguments)}."""
+    """Return the loops over nodes that are vectors: {name: (kernel, arguments)}."""
     mesh = Mesh(3, 3, 1.0, 1.0, precision=precision)
     state, out, work, model = State(mesh), State(mesh), Work.of(mesh), Model(mesh, Material())
     c, span, weights, mass = model.coefficients(Forcing(), 1), mesh.span, mesh.weights, model.mass
@@ -42,15 +46,56 @@ def loops(precision):
         (rk4._stage, x, v, a, tuple(mesh.fields(3)), f, w, x_out, v_out, one, one, one),
         (xpbd._predict, x, v, f, w, x_out, one, one),
         (xpbd._set_velocity, x, x_out, v, one)]
+    return named(calls, span)
+
+
+def scalar_loops(precision):
+    """Return the loops that gather, choose or recur too much for vectors, or sum in float64."""
+    mesh = Mesh(3, 3, 1.0, 1.0, precision=precision)
+    state, out, work, model = State(mesh), State(mesh), Work.of(mesh), Model(mesh, Material())
+    c, span, weights, mass = model.coefficients(Forcing(), 1), mesh.span, mesh.weights, model.mass
+    one, vector = mesh.number(1.0), mesh.number((1.0, 1.0, 1.0))
+    x, v, x_out, v_out = state.position, state.velocity, out.position, out.velocity
+    w, f, a = model.inverse_mass, work.force, tuple(mesh.fields(3))
+    lines, ahead = tuple(mesh.fields(5)), span[2]
+    filled = matrix.Matrix.of(tuple(mesh.fields(matrix.FIELDS)))
+    calls = [
+        (holds.hold_outside, x, v, w, vector),
+        (xpbd._set_lines, x, x_out, weights.down, one, one, one, ahead, ahead, lines),
+        (xpbd._solve_lines, w, weights.down, one, ahead, ahead, ahead, lines),
+        (xpbd._move_lines, x, w, ahead, ahead, lines),
+        (xpbd._meet_bending, x, w, weights, vector, one),
+        (matrix.set_springs, x, weights, vector, vector, vector, filled, one),
+        (matrix.set_faces, x, v, vector, weights, one, c.law, filled, one),
+        (matrix._multiply_springs, filled, mass, one, a, f),
+        (matrix._push_faces, filled, a, work.faces),
+        (conjugate._add, a, one, f),
+        (conjugate._turn, a, one, f, w),
+        (implicit._guess, v, w, one, one, v_out),
+        (implicit._move, x, v, one, x_out),
+        (implicit._set_residual, v, v_out, f, mass, one, one, a),
+        (implicit._set_difference, v, v_out, a),
+        (implicit._scale, a, one)]
+    return named(calls, span)
+
+
+def named(calls, span):
+    """Return the calls by the names of their kernels."""
     return {f'{call[0].py_func.__module__}.{call[0].__name__}': (call[0], (*call[1:], span))
             for call in calls}
 
 
-NAMES = list(loops('float64'))
+def machine_code(function, arguments):
+    """Return what a kernel is compiled to, anew: code that is kept cannot be read."""
+    options = {name: value for name, value in function.targetoptions.items() if name != 'nopython'}
+    anew = numba.njit(function.py_func, pipeline_class=function._compiler.pipeline_class,
+                      **options)
+    anew.compile(tuple(numba.typeof(one) for one in arguments))
+    return next(iter(anew.inspect_asm().values()))
 
 
 @pytest.mark.parametrize('precision', PRECISIONS)
-@pytest.mark.parametrize('name', NAMES)
+@pytest.mark.parametrize('name', list(loops('float64')))
 def test_hot_loops_are_vectors_of_their_precision(name, precision):
     """
     Packed arithmetic, in the widest registers there are, and no other precision on the way.
@@ -59,12 +104,7 @@ def test_hot_loops_are_vectors_of_their_precision(name, precision):
     Roots of float64 alone are begun in float32.
     """
     function, arguments = loops(precision)[name]
-    # Compiled anew, as it is: code that is kept cannot be read.
-    options = {name: value for name, value in function.targetoptions.items() if name != 'nopython'}
-    anew = numba.njit(function.py_func, pipeline_class=function._compiler.pipeline_class,
-                      **options)
-    anew.compile(tuple(numba.typeof(one) for one in arguments))
-    code = next(iter(anew.inspect_asm().values()))
+    code = machine_code(function, arguments)
     packed = {'float64': 'pd', 'float32': 'ps'}[precision]
     register = 'zmm' if get_host_cpu_features().get('avx512f') else '[xy]mm'
     stores = re.findall(rf'\bv?mov[au]{packed}\s+%{register}\d+, \S*\(', code)
@@ -72,4 +112,12 @@ def test_hot_loops_are_vectors_of_their_precision(name, precision):
     if name != 'flag_sim.cloth.forces._set_weights':
         assert re.search(rf'\bv?\w*(mul|add|sub|div)\w*{packed}\s.*%{register}', code)
     if precision == 'float32':
-        assert not re.search(r'\bv?(cvtss2sd|cvtps2pd)\b', code)
+        assert not re.search(WIDENS, code)
+
+
+@pytest.mark.parametrize('name', list(scalar_loops('float32')))
+def test_other_loops_in_float32_stay_in_it(name):
+    """All the way: only the sums over all nodes, conjugate.dot and norm2, are float64."""
+    code = machine_code(*scalar_loops('float32')[name])
+    assert re.search(r'\bv?\w*(mul|add|sub)\w*[sp]s\s', code)
+    assert not re.search(WIDENS, code)

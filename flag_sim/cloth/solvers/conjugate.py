@@ -15,9 +15,12 @@
 """
 Conjugate gradients for A y = b with the masses as preconditioner (Hestenes and Stiefel, 1952).
 
-M is the preconditioner because the cloth is a uniform grid: the blocks on A's diagonal hardly
-differ from node to node, and Jacobi's preconditioners, of numbers or of blocks, save no
-iterations. With M each iterate keeps the momentum of a free cloth, as internal forces have no sum.
+M is the preconditioner because the cloth is a uniform grid, whose nodes hardly differ. A's own
+diagonal (Jacobi) takes more iterations than M: 29 for 24 at the defaults, 155 for 129 at stiffness
+1e5, four times as many on cells longer than wide by 13. The 3 x 3 blocks on the diagonal take 20
+and 106, but half as many again as M on those cells, and would have to be made in each step and
+read in each iteration. With M each iterate keeps the momentum of a free cloth, as internal forces
+have no sum.
 """
 from flag_sim.cloth.solvers.matrix import multiply
 from flag_sim.kernels import inner_kernel
