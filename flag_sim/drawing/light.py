@@ -20,6 +20,8 @@ import math
 from flag_sim.drawing import checks
 from flag_sim.kernels import kernel
 
+import numpy as np
+
 
 @dataclasses.dataclass(frozen=True)
 class Light:
@@ -106,18 +108,23 @@ def shade(points, normals, viewpoint, material, light, colours):
 @kernel
 def _diffuse(normals, lx, ly, lz, red, green, blue, ambient, sunlight, transmitted, colours):
     """Colour = matter (ambient + sunlight max(0, +-n . l) + transmitted max(0, -+n . l))."""
-    for i in range(normals.shape[0]):
-        nx, ny, nz = normals[i, 0], normals[i, 1], normals[i, 2]
+    # Places that are constants apart let LLVM vectorise the loop.
+    flat, out = normals.reshape(-1), colours.reshape(-1)
+    for i in range(np.uint64(normals.shape[0])):
+        p, q = np.uint64(3) * i, np.uint64(6) * i
+        nx, ny, nz = flat[p], flat[p + np.uint64(1)], flat[p + np.uint64(2)]
         length = math.sqrt(nx * nx + ny * ny + nz * nz)
-        cosine = 0.0
-        if 0.0 < length < math.inf:
-            cosine = (nx * lx + ny * ly + nz * lz) / length
-        for side in range(2):
-            facing = cosine if side == 0 else -cosine
-            level = ambient + sunlight * max(facing, 0.0) + transmitted * max(-facing, 0.0)
-            colours[i, side, 0] = min(red * level, 255.0)
-            colours[i, side, 1] = min(green * level, 255.0)
-            colours[i, side, 2] = min(blue * level, 255.0)
+        is_known = (0.0 < length) & (length < math.inf)
+        cosine = (nx * lx + ny * ly + nz * lz) / length if is_known else 0.0
+        toward, away = max(cosine, 0.0), max(-cosine, 0.0)
+        level = ambient + sunlight * toward + transmitted * away
+        out[q] = min(red * level, 255.0)
+        out[q + np.uint64(1)] = min(green * level, 255.0)
+        out[q + np.uint64(2)] = min(blue * level, 255.0)
+        level = ambient + sunlight * away + transmitted * toward
+        out[q + np.uint64(3)] = min(red * level, 255.0)
+        out[q + np.uint64(4)] = min(green * level, 255.0)
+        out[q + np.uint64(5)] = min(blue * level, 255.0)
 
 
 @kernel
