@@ -60,6 +60,8 @@ def test_the_frontier_as_by_brute_force(table):
     for n, (cost, error) in enumerate(table):
         beaten = any(table[k][0] <= cost and better * table[k][1] <= error
                      for k in found if k != n)
+        beaten |= any(cost <= dearer <= (1.0 + summary.SAME) * cost and other < error
+                      for dearer, other in table)
         assert (n in found) == (not beaten)
 
 

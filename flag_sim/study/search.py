@@ -135,16 +135,17 @@ class Search:
 
     def _options(self, error_px):
         """Return Options of the candidates that are worth trying."""
-        options, enough, misses = [], math.inf, 0
+        options, enough, slow = [], math.inf, set()
         for name in self.candidates:
             if self._works[name] > enough:
                 break
+            method = name.partition(', ')[2]
+            if method in slow:
+                continue
             first = self._rows('tune', name, 1)
             if self._cost(first) > 2.0 * self.limit_ms:
-                # Too slow; those that follow have more work, and two in a row settle it.
-                misses += 1
-                if misses == 2 and options:
-                    break
+                # On finer grids it is slower still.
+                slow.add(method)
                 if options:
                     continue
             rows = first if self._hopeless(first, error_px) else self._rows(

@@ -20,6 +20,8 @@ import numpy as np
 
 WORTH = 0.1
 """Part of an error that makes a difference."""
+SAME = 0.05
+"""Part of a cost that makes none: medians of the same work differ by so much."""
 
 
 def grouped(rows, *columns):
@@ -78,12 +80,16 @@ def frontier(points):
     """
     Return the indices of points (cost, error) that no other beats in both, by their cost.
 
-    A dearer point must lower the error by at least the part WORTH of it: less is not worth a
-    place, and the chances of timing would decide who has it.
+    Costs less than the part SAME apart count as equal: the chances of timing, not the settings,
+    would decide which is the cheaper. A dearer point must lower the error by at least the part
+    WORTH of it: less is not worth a place.
     """
     best, found = math.inf, []
     for index in sorted(range(len(points)), key=lambda i: points[i]):
-        if points[index][1] < best:
-            best = (1.0 - WORTH) * points[index][1]
+        cost, wrong = points[index]
+        beaten = any(other < wrong and cost <= dearer <= (1.0 + SAME) * cost
+                     for dearer, other in points)
+        if wrong < best and not beaten:
+            best = (1.0 - WORTH) * wrong
             found.append(index)
     return found

@@ -91,12 +91,14 @@ def _promise(options, search, verdict, errors, load):
     own = search.settings
     today = datetime.date.today().isoformat()
     cost = verdict.option.cost_ms
+    given = f' --params-file {options.params_file.name}' if options.params_file else ''
     lines = [
-        f'Made by `tune --error-px {options.error_px:g} --rate {options.rate:g}` on {today}',
-        f'on {machine.processor()}, {machine.cores()} cores'
+        f'Made by `tune --error-px {options.error_px:g} --rate {options.rate:g}{given}`',
+        f'on {today}, on {machine.processor()}, {machine.cores()} cores'
         + (f' (busy: load {load:.1f})' if load > report.BUSY * machine.cores() else '') + ',',
         f'for a picture of {own["width"]} x {own["height"]} pixels and a camera at '
-        f'{own["camera.distance"]:g} m. Give it to all nodes, after your own params file.',
+        f'{own["camera.distance"]:g} m.',
+        'Give it to all nodes, after your own params file.',
         '',
         f'Error: {error.rms(errors):.2g} px (RMS) after {1e3 * search.window_s:.0f} ms, in '
         f'{len(errors)} windows of a shot that it',
