@@ -137,12 +137,12 @@ def _set_once(future, status):
 
 def announce_when_slow(node, what, seconds=1.0):
     """
-    Return a timer that tells the user what a start waits for, if it takes long; cancel it after.
+    Return a timer that tells the user what a node waits for, if it takes long; cancel it after.
 
     Compiling the kernels takes many seconds the first time and none later.
     """
     timer = threading.Timer(seconds, node.get_logger().info, [
-        f'{what}: only the first start takes this long (half a minute at most)'])
+        f'{what}: only the first time takes this long (half a minute at most)'])
     timer.daemon = True
     timer.start()
     return timer

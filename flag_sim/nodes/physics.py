@@ -77,7 +77,7 @@ class Physics(FrameServer):
         self._diverged = ''  # why the last frame could not be simulated
         self._applied = dict(self.values)
         self._cloth = self._new_cloth(self.values)
-        self._warm_up()
+        self._warm_up(self.values)
         self._vertices_out = publish(self, 'vertices')
         self.get_logger().info(
             f'{self.values["grid.columns"]} x {self.values["grid.rows"]} nodes, '
@@ -93,15 +93,15 @@ class Physics(FrameServer):
                      pole=pole_of(values), precision=values['precision'],
                      threads=values['threads'])
 
-    def _warm_up(self):
+    def _warm_up(self, values):
         """
-        Compile or load the kernels before the first frame.
+        Compile or load the kernels before the first frame that needs them.
 
-        Those of the present solver only: all would take 14 MB and half a minute more.
+        Those of one solver and precision only: all would take more memory and a minute more.
         """
         slow = announce_when_slow(self, 'compiling the cloth kernels')
-        cloth = Cloth(3, 3, pole=(0.0, 0.0, 0.01), solver=self.values['solver'],
-                      precision=self.values['precision'])
+        cloth = Cloth(3, 3, pole=(0.0, 0.0, 0.01), solver=values['solver'],
+                      precision=values['precision'])
         cloth.advance(1e-3)
         cloth.normals()
         slow.cancel()
@@ -145,6 +145,8 @@ class Physics(FrameServer):
         grid = values['grid.rows'], values['grid.columns']
         if grid != (before['grid.rows'], before['grid.columns']):
             self._cloth.regrid(*grid)
+        if any(values[name] != before[name] for name in ('solver', 'precision')):
+            self._warm_up(values)
         self._cloth.material = material_of(values)
         self._cloth.air = air_of(values)
         self._cloth.gravity = values['gravity']
