@@ -87,6 +87,14 @@ def test_a_rate_that_cannot_be_met_is_told(tmp_path, monkeypatch):
     assert 'at 30 Hz: MISSED by 17 ms' in (tmp_path / 'tuned.yaml').read_text()
 
 
+def test_a_slow_method_does_not_end_the_search(tmp_path, monkeypatch):
+    """Where one is too slow on every grid, the others are tried up to the finest."""
+    monkeypatch.setattr(search.Search, '_cost', staticmethod(
+        lambda rows: 1e3 if 'implicit' in rows[0]['setting'] else 1.0))
+    assert run(tmp_path, 1e-6) == 1
+    assert 'grid.columns: 13' in (tmp_path / 'tuned.yaml').read_text()
+
+
 def test_an_interrupted_run_goes_on(tmp_path, monkeypatch, capsys):
     """What was measured is not measured again, and the result is that of a whole run."""
     whole, seen = Trials.motion, []

@@ -112,7 +112,8 @@ def section(rows):
 {len(found)} combinations of grid (its columns), method and picture; the cost is that of
 physics and drawing of one frame, one after the other, without messages. On the frontier are those
 that no other beats in both cost and error after {1e3 * WINDOW:.0f} ms, and that lower the error
-by a tenth or more; costs less than {100 * summary.SAME:.0f} % apart count as one. {sweep.noise(rows)}
+by a tenth or more; costs less than {100 * summary.SAME:.0f} % apart count as one.
+{sweep.noise(rows)}
 
 {table('rms_px')}
 
