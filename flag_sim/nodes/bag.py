@@ -84,7 +84,9 @@ class RecordedTopics:
     def __init__(self, path):
         if Writer is None:
             raise BadParameter(NO_ROSBAGS)
-        if not path or not Path(path).exists():
+        if not path:
+            raise BadParameter('path must name a bag: --ros-args -p path:=my_bag')
+        if not Path(path).exists():
             raise BadParameter(f'path: there is no bag {str(path)!r}')
         try:
             self._reader = AnyReader([Path(path)])

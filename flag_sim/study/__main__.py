@@ -14,11 +14,11 @@
 
 """Measure what accuracy costs on this machine, and write a report with plots and tables."""
 import argparse
-import math
 from pathlib import Path
 import sys
 
 from flag_sim.study import budget, machine, report
+from flag_sim.study.arguments import positive
 from flag_sim.study.parts import PARTS
 from flag_sim.study.store import Store
 
@@ -26,21 +26,10 @@ FORMAT = 1
 """Of the rows: raised when their columns or their meaning change."""
 
 
-def minutes(text):
-    """Return an argument as minutes; raises ArgumentTypeError unless they are above zero."""
-    try:
-        number = float(text)
-    except ValueError:
-        number = math.nan
-    if not 0.0 < number < math.inf:
-        raise argparse.ArgumentTypeError(f'must be a number above 0, not {text}')
-    return number
-
-
 def main(args=None):
     """Run the study; return the exit status."""
     parser = argparse.ArgumentParser(prog='study', description=__doc__)
-    parser.add_argument('--minutes', type=minutes, default=5.0, help='time to measure (5)')
+    parser.add_argument('--minutes', type=positive, default=5.0, help='time to measure (5)')
     parser.add_argument('--output', type=Path, default=Path('out/study'),
                         help='folder of what is made; one that was interrupted is gone on with')
     options = parser.parse_args(args)

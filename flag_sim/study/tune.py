@@ -16,12 +16,12 @@
 import argparse
 import datetime
 import hashlib
-import math
 from pathlib import Path
 import shutil
 import sys
 
 from flag_sim.study import error, machine, params, report
+from flag_sim.study.arguments import positive
 from flag_sim.study.reference import WINDOW
 from flag_sim.study.search import require, Search
 from flag_sim.study.settings import changed, defaults
@@ -29,17 +29,6 @@ from flag_sim.study.store import Store
 
 MOST_HZ = 1000.0
 """Greatest rate that the wind node takes."""
-
-
-def positive(text):
-    """Return an argument as a number; raises ArgumentTypeError unless it is above zero."""
-    try:
-        number = float(text)
-    except ValueError:
-        number = math.nan
-    if not 0.0 < number < math.inf:
-        raise argparse.ArgumentTypeError(f'must be a number above 0, not {text}')
-    return number
 
 
 def main(args=None):
