@@ -33,14 +33,15 @@ def wind_values(**tracks):
 
 
 def test_values_come_in_the_types_of_their_parameters():
-    """Whole numbers are rounded, vectors are whole, texts and booleans step."""
+    """Vectors are whole; texts, booleans and whole numbers step, or are rounded where told to."""
     timeline = keys.read_timeline(wind_values(
-        physics__grid__rows=([0.0, 1.0], [10.0, 20.0], None),
+        physics__grid__rows=([0.0, 1.0], [10.0, 20.0], ['linear'] * 2),
+        renderer__width=([0.0, 1.0], [640.0, 320.0], None),
         renderer__flag__color=([0.0, 1.0], [0.0, 0.0, 0.0, 100.0, 200.0, 50.0], None),
         renderer__shading=([0.0, 1.0], ['flat', 'gouraud'], None),
         renderer__pole__visible=([0.0, 1.0], [True, False], None)))
     assert keys.values_at(timeline, 0.46) == {
-        'physics.grid.rows': 15, 'renderer.flag.color': [46.0, 92.0, 23.0],
+        'physics.grid.rows': 15, 'renderer.width': 640, 'renderer.flag.color': [46.0, 92.0, 23.0],
         'renderer.shading': 'flat', 'renderer.pole.visible': True}
     assert type(keys.values_at(timeline, 0.46)['physics.grid.rows']) is int
 

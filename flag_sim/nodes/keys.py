@@ -104,6 +104,8 @@ def _make_track(name, times, keys, types, laws):
     """Return the Track; the same again while others are edited, as two hundred keys take 4 ms."""
     del types
     dial = target_dial(name)
+    if not laws and _is_whole(dial):
+        laws = ('step',) * len(times)  # counts, such as the width of a picture, do not glide
     try:
         return Track(times, _accepted(dial, keys), laws, is_angle(dial))
     except (ValueError, TypeError, OverflowError) as error:
