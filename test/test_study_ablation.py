@@ -18,7 +18,6 @@ import math
 from flag_sim.cloth import Air
 from flag_sim.cloth.model import Model
 from flag_sim.study import ablation, plots
-from flag_sim.study.budget import Budget
 from flag_sim.study.pairs import Pairs
 from flag_sim.study.settings import cloth_of, defaults
 from flag_sim.study.store import Store
@@ -26,6 +25,7 @@ from flag_sim.study.terms import (
     CONTROL, finer, pressure_matched, settings_of, SHOTS, Term, TERMS)
 import numpy as np
 import pytest
+from support.budgets import FewRows
 from test_cloth_forces import forces
 
 SMALL = {'grid.rows': 6, 'grid.columns': 10, 'width': 160, 'height': 120}
@@ -131,19 +131,6 @@ def test_runs_on_nested_grids_begin_in_the_same_state():
     # A sheet's dashpots, in N s/m across the cells that lie beside one another: the same.
     dashpots = [Model(cloth.mesh, cloth.material).spring_c[0] for cloth in (fine, coarse)]
     assert dashpots[0] == pytest.approx(dashpots[1])
-
-
-class FewRows(Budget):
-    """Allows a number of rows, however long they take."""
-
-    def __init__(self, rows):
-        super().__init__('test', 60.0)
-        self._rows = rows
-
-    def allows(self, seconds=0.0):
-        """Count one row."""
-        self._rows -= 1
-        return self._rows >= 0
 
 
 def test_an_interrupted_ablation_goes_on_where_it_was(tmp_path, monkeypatch):

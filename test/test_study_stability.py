@@ -20,10 +20,10 @@ from flag_sim.cloth.forces import Forcing
 from flag_sim.cloth.model import Model
 from flag_sim.nodes.dials import NODES
 from flag_sim.study import breaking, limits, maps, plots, stability
-from flag_sim.study.budget import Budget
 from flag_sim.study.store import Store
 import numpy as np
 import pytest
+from support.budgets import FewRows
 from test_cloth_stability import jacobian, largest_eigenvalue
 
 PROMISING = ('symplectic', 'verlet', 'rk4')
@@ -140,27 +140,14 @@ def test_the_promise_holds_all_over_a_map(chart, mesh):
     assert outcomes == {breaking.STABLE}
 
 
-class FewLines(Budget):
-    """Allows a number of rows, however long they take."""
-
-    def __init__(self, rows):
-        super().__init__('test', 60.0)
-        self._rows = rows
-
-    def allows(self, seconds=0.0):
-        """Count one row."""
-        self._rows -= 1
-        return self._rows >= 0
-
-
 def test_an_interrupted_map_goes_on_where_it_was(tmp_path):
     """With the same rows as without interruption, and a map is drawn once it is whole."""
     whole, parts = Store(tmp_path / 'whole', {}), Store(tmp_path / 'parts', {})
-    stability.run(whole, FewLines(7))
-    stability.run(parts, FewLines(3))
+    stability.run(whole, FewRows(7))
+    stability.run(parts, FewRows(3))
     assert stability.finest(parts.rows(stability.NAME)) == {}
     parts = Store(tmp_path / 'parts', {})
-    stability.run(parts, FewLines(4))
+    stability.run(parts, FewRows(4))
     rows = parts.rows(stability.NAME)
     assert rows == whole.rows(stability.NAME)
     assert list(stability.finest(rows)) == [('steps', 'symplectic')]
@@ -182,7 +169,7 @@ def test_the_finest_whole_level_is_shown():
 def test_limits_have_a_table(tmp_path):
     """One material of one method: a line for each forcing, a dash for what is not measured."""
     store = Store(tmp_path, {})
-    limits.run(store, FewLines(len(limits.FORCINGS)))
+    limits.run(store, FewRows(len(limits.FORCINGS)))
     text = limits.section(store.rows(limits.NAME))
     assert '| undamped | springs alone, first growth | 1.14 | – |' in text
 
