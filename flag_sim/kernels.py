@@ -66,7 +66,9 @@ class _Lowering(NativeLowering):
         return super().run_pass(state)
 
 
-class _Compiler(Compiler):
+class KernelCompiler(Compiler):
+    """Compiles a kernel into a library of its own."""
+
     lowering = _Lowering
 
     def define_pipelines(self):
@@ -77,7 +79,7 @@ class _Compiler(Compiler):
         return pipelines
 
 
-class _NoAliasCompiler(_Compiler):
+class _NoAliasCompiler(KernelCompiler):
     """
     Lets LLVM assume that no two array arguments overlap.
 
@@ -210,5 +212,5 @@ inner_kernel = functools.partial(kernel, forceinline=True)
 wide_kernel = functools.partial(kernel, pipeline_class=_WideCompiler)
 """A kernel whose loops run over many numbers: compiled to the widest vectors."""
 
-shared_kernel = functools.partial(kernel, pipeline_class=_Compiler)
+shared_kernel = functools.partial(kernel, pipeline_class=KernelCompiler)
 """A kernel whose arrays other threads may write to while it runs."""
