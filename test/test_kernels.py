@@ -32,7 +32,7 @@ USE = ('import numpy as np; from flag_sim.cloth import normals; '
        'print(normals.node_normals(np.random.default_rng(1).normal(size=(3, 3, 3)))[1, 1]); '
        'print(sum(normals._normalise.stats.cache_hits.values()))')
 
-FLY = '''
+FLY = """
 import gc, hashlib, json, sys
 from flag_sim.cloth import Cloth
 from llvmlite.binding import Linkage
@@ -52,7 +52,7 @@ for kernel in gc.get_objects():
             shared += [function.name for function in code.library.get_defined_functions()
                        if function.linkage not in (Linkage.external, Linkage.internal)]
 print(json.dumps({'flown': flown, 'compiled': compiled, 'shared': shared}))
-'''
+"""
 
 
 @pytest.fixture
