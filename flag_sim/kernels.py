@@ -92,6 +92,28 @@ class _NoAliasCompiler(KernelCompiler):
         super().__init__(typingctx, targetctx, library, args, return_type, flags, *others)
 
 
+class _InnerLower(Lower):
+    """
+    Asks LLVM to make the kernel a part of its callers.
+
+    numba's own option, forceinline, would go on to whatever happens to be compiled meanwhile.
+    """
+
+    def post_lower(self):
+        super().post_lower()
+        self.function.attributes.add('alwaysinline')
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _InnerLowering(_Lowering):
+    _name = 'inner_lowering'
+    lowering_class = _InnerLower
+
+
+class _InnerCompiler(_NoAliasCompiler):
+    lowering = _InnerLowering
+
+
 class _WideLower(Lower):
     """
     Asks LLVM for vectors of 512 bits.
@@ -206,7 +228,7 @@ def kernel(function=None, **options):
     return dispatcher
 
 
-inner_kernel = functools.partial(kernel, forceinline=True)
+inner_kernel = functools.partial(kernel, pipeline_class=_InnerCompiler)
 """A kernel that becomes a part of each that calls it: of a loop that is only then vectors."""
 
 wide_kernel = functools.partial(kernel, pipeline_class=_WideCompiler)
