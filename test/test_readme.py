@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The README tells the truth: its tables are those of the code, its library example runs."""
+"""README and docs tell the truth: their tables are those of the code, the library example runs."""
 from pathlib import Path
 import re
 import subprocess
@@ -26,12 +26,13 @@ import yaml
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / 'README.md').read_text()
+PARAMETERS = (ROOT / 'docs' / 'parameters.md').read_text()
 GROUPS = {'scene': SCENE, **{node: [dial for dial in dials if dial not in SCENE]
                              for node, dials in NODES.items()}}
 
 
 def rows_of(dials):
-    """Return the README's table rows for some dials."""
+    """Return the table rows for some dials."""
     for dial in dials:
         default = ', '.join(str(v) for v in dial.default) if dial.is_list else dial.default
         if isinstance(default, float):
@@ -43,7 +44,8 @@ def rows_of(dials):
         elif dial.low is None:
             legal = ''
         else:
-            legal = f'{dial.low:.4g} to {dial.high:.4g}'
+            digits = 'd' if isinstance(dial.default, int) else '.4g'
+            legal = f'{dial.low:{digits}} to {dial.high:{digits}}'
         yield (f'| `{dial.name}` | {default if default != "" else "(empty)"} | {legal} '
                f'| {dial.unit} | {dial.effect} |')
 
@@ -51,7 +53,7 @@ def rows_of(dials):
 @pytest.mark.parametrize('group', GROUPS)
 def test_the_table_of_parameters_is_the_codes(group):
     """Every dial has its row, word for word, and there are no others."""
-    section = re.search(rf'#### {group}\n(.*?)(?=\n#|\Z)', README, re.DOTALL)
+    section = re.search(rf'## {group}\n(.*?)(?=\n#|\Z)', PARAMETERS, re.DOTALL)
     assert section, f'no section {group}'
     rows = [row for row in section[1].splitlines() if row.startswith('| `')]
     assert rows == list(rows_of(GROUPS[group]))
@@ -84,13 +86,15 @@ def test_params_files_name_real_parameters(path):
             read_timeline({**values, **content['ros__parameters']})
 
 
-def test_pictures_and_links_exist():
-    """Every relative link of the README leads somewhere."""
-    for link in re.findall(r'\]\(([^)#:]+)\)', README):
-        assert (ROOT / link).exists(), link
+@pytest.mark.parametrize('page', ['README.md', *(f'docs/{p.name}' for p in ROOT.glob('docs/*.md'))])
+def test_pictures_and_links_exist(page):
+    """Every relative link leads somewhere."""
+    path = ROOT / page
+    for link in re.findall(r'\]\(([^)#:]+)\)', path.read_text()):
+        assert (path.parent / link).exists(), link
 
 
 if __name__ == '__main__':
     for name, some in GROUPS.items():
-        print(f'#### {name}\n\n| name | default | range | unit | effect |\n|---|---|---|---|---|')
+        print(f'## {name}\n\n| name | default | range | unit | effect |\n|---|---|---|---|---|')
         print('\n'.join(rows_of(some)) + '\n')
