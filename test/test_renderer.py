@@ -15,7 +15,6 @@
 """The renderer node, alone: odd clouds and odd dials end in a right picture or a clear refusal."""
 import itertools
 import math
-import os
 import time
 
 from flag_sim.drawing import Picture
@@ -116,9 +115,9 @@ class Stand:
 
 
 @pytest.fixture(scope='module')
-def stand():
+def stand(module_domain):
     """Give a renderer that all tests of this module share: it must outlive each of them."""
-    made = Stand(1 + os.getpid() % 100)
+    made = Stand(module_domain)
     yield made
     made.close()
 
