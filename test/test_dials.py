@@ -23,8 +23,7 @@ from flag_sim.drawing.picture import Materials, Style
 from flag_sim.drawing.scene import Scene
 from flag_sim.nodes.dial import Dial
 from flag_sim.nodes.dials import NODES
-from flag_sim.nodes.look import look_of
-from flag_sim.nodes.physics import air_of, material_of, stepping_of
+from flag_sim.settings import air_of, look_of, material_of, stepping_of
 import pytest
 
 NUMBER = Dial('n', 1.0, 'a number', 'm', 0.0, 2.0)

@@ -15,8 +15,8 @@
 """
 ROS domains for graphs that nobody shall look into: each claimed for as long as it is in use.
 
-A domain's ports begin at 7400 + 250 * domain (DDSI-RTPS 2.5, 9.6.2.3). Used are domains whose ports
-Linux gives to nobody else by itself (it hands out 32768 to 60999), the rarest first.
+The ports of a domain begin at 7400 + 250 * domain (DDSI-RTPS 2.5, 9.6.2.3). Used are domains of
+whose ports Linux hands out none by itself (it has 32768 to 60999 for that), the rarest first.
 """
 import contextlib
 import itertools

@@ -16,10 +16,8 @@
 import sys
 
 from flag_sim.cloth import checks, energy
-from flag_sim.cloth.material import Air, Material
 from flag_sim.cloth.mesh import Mesh
 from flag_sim.cloth.simulation import Cloth, Diverged, MAX_WIND
-from flag_sim.cloth.stability import Stepping
 from flag_sim.cloth.strain import greatest_strain
 from flag_sim.nodes import messages
 from flag_sim.nodes.dials import PHYSICS, SCENE
@@ -27,41 +25,7 @@ from flag_sim.nodes.life import announce_when_slow, run
 from flag_sim.nodes.readout import ERROR, WARN
 from flag_sim.nodes.server import FrameServer, WARN_EVERY
 from flag_sim.nodes.topics import publish
-
-
-def hang_of(values):
-    """
-    Return (hoist_top, length, width) [m] of the flag from the scene's dials (1.2).
-
-    Unless given, the width is a sixth of the pole and the length one and a half times the width.
-    The upper corner is on the pole's surface, one diameter below its top.
-    """
-    width = values['flag.width'] or values['pole.height'] / 6.0
-    length = values['flag.length'] or 1.5 * width
-    top = values['pole.height'] - values['pole.diameter']
-    return (0.5 * values['pole.diameter'], 0.0, top), length, width
-
-
-def material_of(values):
-    """Return the Material of the node's values {dial: value}."""
-    return Material(*(values[name] for name in (
-        'area_density', 'stiffness', 'shear_stiffness', 'bend_stiffness', 'damping',
-        'node_damping')))
-
-
-def air_of(values):
-    """Return the Air of the node's values {dial: value}."""
-    return Air(values['air.density'], values['air.drag_coefficient'], values['air.law'])
-
-
-def stepping_of(values):
-    """Return the Stepping of the node's values {dial: value}."""
-    return Stepping(values['substeps'], values['step_safety'], values['substeps_limit'])
-
-
-def pole_of(values):
-    """Return the cylinder (x, y, radius) [m] that the cloth stays out of, or None."""
-    return (0.0, 0.0, 0.5 * values['pole.diameter']) if values['pole_collision'] else None
+from flag_sim.settings import air_of, cloth_of, hang_of, material_of, pole_of, stepping_of
 
 
 class Physics(FrameServer):
@@ -76,22 +40,12 @@ class Physics(FrameServer):
         self._held = 0  # nodes that stretch_limit held back in the last frame
         self._diverged = ''  # why the last frame could not be simulated
         self._applied = dict(self.values)
-        self._cloth = self._new_cloth(self.values)
+        self._cloth = cloth_of(self.values)
         self._warm_up(self.values)
         self._vertices_out = publish(self, 'vertices')
         self.get_logger().info(
             f'{self.values["grid.columns"]} x {self.values["grid.rows"]} nodes, '
             'waiting for frames')
-
-    @staticmethod
-    def _new_cloth(values):
-        hoist_top, length, width = hang_of(values)
-        return Cloth(values['grid.rows'], values['grid.columns'], length, width, hoist_top,
-                     material=material_of(values), air=air_of(values),
-                     gravity=values['gravity'], stepping=stepping_of(values),
-                     solver=values['solver'], stretch_limit=values['stretch_limit'],
-                     pole=pole_of(values), precision=values['precision'],
-                     threads=values['threads'])
 
     def _warm_up(self, values):
         """

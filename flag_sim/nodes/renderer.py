@@ -21,9 +21,9 @@ from flag_sim.nodes import messages
 from flag_sim.nodes.dials import RENDERER, SCENE
 from flag_sim.nodes.frames import Tag
 from flag_sim.nodes.life import announce_when_slow, run
-from flag_sim.nodes.look import look_of
 from flag_sim.nodes.server import FrameServer
 from flag_sim.nodes.topics import DEPTH, publish, subscribe
+from flag_sim.settings import look_of
 import numpy as np
 
 # Vertices may come before the wind is discovered; only after this time does its absence mean
