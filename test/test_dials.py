@@ -61,6 +61,12 @@ def test_bad_values_are_refused_with_the_rule_and_the_value(dial, value):
         assert part in str(refusal.value)
 
 
+def test_a_range_of_whole_numbers_is_told_in_whole_numbers():
+    """As `ros2 param describe` shows it, and a refusal: to the last one that is allowed."""
+    frames = next(dial for dial in NODES['wind'] if dial.name == 'frames')
+    assert frames.rule == 'a whole number from 0 to 2147483647 [frames]'
+
+
 @pytest.mark.parametrize('node', NODES)
 def test_defaults_obey_their_own_rules(node):
     """Every default is a legal value, and no name stands twice."""
