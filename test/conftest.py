@@ -13,24 +13,23 @@
 # limitations under the License.
 
 """Fixtures that several test modules share."""
-import itertools
 import os
 
+from flag_sim.nodes.domains import claimed_domain
 import pytest
 
 os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
 
-_domains = itertools.count(1)
-
-
-@pytest.fixture(scope='session')
-def new_domain():
-    """Return a function that returns a ROS domain, another one at each of a hundred calls."""
-    # Domains 1 to 100 stay below the ports that Linux hands out by itself.
-    return lambda: 1 + (os.getpid() + next(_domains)) % 100
-
 
 @pytest.fixture
-def domain(new_domain):
-    """Return a ROS domain that no other test of this run uses at the same time."""
-    return new_domain()
+def domain():
+    """Return a ROS domain that nobody else on this host uses at the same time."""
+    with claimed_domain() as number:
+        yield number
+
+
+@pytest.fixture(scope='module')
+def module_domain():
+    """Return a domain for all tests of a module."""
+    with claimed_domain() as number:
+        yield number

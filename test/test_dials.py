@@ -23,8 +23,7 @@ from flag_sim.drawing.picture import Materials, Style
 from flag_sim.drawing.scene import Scene
 from flag_sim.nodes.dial import Dial
 from flag_sim.nodes.dials import NODES
-from flag_sim.nodes.look import look_of
-from flag_sim.nodes.physics import air_of, material_of, stepping_of
+from flag_sim.settings import air_of, look_of, material_of, stepping_of
 import pytest
 
 NUMBER = Dial('n', 1.0, 'a number', 'm', 0.0, 2.0)
@@ -60,6 +59,12 @@ def test_bad_values_are_refused_with_the_rule_and_the_value(dial, value):
         dial.accept(value)
     for part in (dial.name, dial.rule, repr(value)):
         assert part in str(refusal.value)
+
+
+def test_a_range_of_whole_numbers_is_told_in_whole_numbers():
+    """As `ros2 param describe` shows it, and a refusal: to the last one that is allowed."""
+    frames = next(dial for dial in NODES['wind'] if dial.name == 'frames')
+    assert frames.rule == 'a whole number from 0 to 2147483647 [frames]'
 
 
 @pytest.mark.parametrize('node', NODES)

@@ -53,10 +53,10 @@ class Played:
 
 
 @pytest.fixture(scope='module')
-def played(tmp_path_factory, new_domain):
+def played(tmp_path_factory, module_domain):
     """Return one Played for all tests, none of which may change what it plays."""
-    domain = new_domain()
-    with Graph(tmp_path_factory.mktemp('log'), domain) as graph, Watcher(domain) as watcher:
+    log = tmp_path_factory.mktemp('log')
+    with Graph(log, module_domain) as graph, Watcher(module_domain) as watcher:
         yield Played(graph, watcher)
 
 

@@ -101,11 +101,21 @@ def put(values, *key):
     return keys.read_timeline(values).tracks[key[0]]
 
 
-def test_a_first_key_makes_the_track_with_the_old_value_at_0():
-    """So what was before the change stays as it was."""
-    track = put(wind_values(), 'physics.stiffness', 2.0, 500.0, 1000.0, 0.01)
+def test_a_first_key_leaves_what_was_before_it_as_it_was():
+    """The old value holds until the key; from there on the track leads to the next key."""
+    values = wind_values()
+    track = put(values, 'physics.stiffness', 2.0, 500.0, 1000.0, 0.01)
     assert (track.times, track.values, track.laws) == (
-        [0.0, 2.0], [1000.0, 500.0], ['linear', 'linear'])
+        [0.0, 2.0], [1000.0, 500.0], ['step', 'linear'])
+    assert [track.at(time) for time in (0.0, 1.0, 1.999, 2.0, 9.0)] == [1000.0] * 3 + [500.0] * 2
+    track = put(values, 'physics.stiffness', 4.0, 700.0, 1000.0, 0.01)
+    assert [track.at(time) for time in (1.999, 2.0, 3.0, 4.0)] == [1000.0, 500.0, 600.0, 700.0]
+
+
+def test_a_first_key_at_the_beginning_is_the_only_one():
+    """There is nothing before it that could hold."""
+    track = put(wind_values(), 'physics.stiffness', 0.0, 500.0, 1000.0, 0.01)
+    assert (track.times, track.values, track.laws) == ([0.0], [500.0], ['linear'])
 
 
 def test_a_key_within_reach_replaces_and_an_equal_one_does_nothing():
@@ -132,7 +142,8 @@ def test_vectors_whole_numbers_and_texts_can_be_put():
     values = wind_values()
     assert put(values, 'renderer.background', 1.0, [1, 2, 3], [4, 5, 6], 0.01).values == [
         [4.0, 5.0, 6.0], [1.0, 2.0, 3.0]]
-    assert put(values, 'physics.grid.rows', 1.0, 11, 21, 0.01).values == [21, 11]
+    track = put(values, 'physics.grid.rows', 1.0, 11, 21, 0.01)
+    assert (track.values, track.laws) == ([21, 11], ['step', 'step'])
     assert put(values, 'renderer.shading', 1.0, 'flat', 'gouraud', 0.01).laws == ['step', 'step']
 
 

@@ -22,7 +22,7 @@ import sys
 from flag_sim.nodes.graph import Graph
 from flag_sim.nodes.messages import to_stamp
 import pytest
-from std_msgs.msg import Empty
+from std_msgs.msg import Empty, Header
 from support.shot import film, messages_of, SHOT, SMALL
 from support.watch import eventually, Watcher
 import yaml
@@ -132,6 +132,41 @@ def test_reset_pause_and_keyframes(tmp_path, domain):
         assert to_stamp(done[before].stamp) == 0
 
 
+def test_missed_frames_are_reported_at_the_rate_at_which_they_were_missed(tmp_path, domain):
+    """A lower rate that is set because of the report does not stand in the next one."""
+    with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
+        sent, done = watcher.listen('parameters'), watcher.publisher('frame_done')
+        graph.start('wind', '-p', 'rate:=50.0', '-p', 'wait_for:=[slow]')
+        client = watcher.parameters_of('wind')
+        eventually(lambda: sent, watcher)
+        for _ in range(20):  # once it has answered, what it does not answer is missed
+            done.publish(Header(stamp=sent[-1].stamp, frame_id='slow'))
+            watcher.spin(0.02)
+        for _ in range(10):
+            watcher.spin(0.02)
+        assert watcher.put(client, 'rate', 7.0).successful
+        eventually(lambda: 'frames were missed' in graph.log('wind'), watcher, 4.0)
+        line = next(line for line in graph.log('wind').splitlines() if 'were missed' in line)
+        assert 'missed at 50 Hz' in line and 'not done in time by slow' in line
+
+
+def test_a_second_take_in_a_bag_is_told_once(tmp_path, domain):
+    """A bag with two takes plays both; who reset the wind by mistake must know."""
+    with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
+        done, reset = watcher.listen('frame_done'), watcher.publisher('reset')
+        graph.start('physics')
+        graph.start('renderer', *SMALL)
+        graph.start('recorder', '-p', f'path:={tmp_path / "bag"}')
+        graph.start('wind', *SHOT, '-p', 'wait_for:=[renderer, recorder]')
+        for takes in (0, 1, 2):
+            del done[:]
+            eventually(lambda: len(done) > 20, watcher)
+            assert graph.log('recorder').count('another take begins') == takes
+            reset.publish(Empty())
+        assert graph.end('recorder') == 0
+        assert '3 takes' in graph.log('recorder')
+
+
 def test_single_steps(tmp_path, domain):
     """While paused, every `step` is one frame."""
     with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
@@ -168,6 +203,8 @@ def test_autokey_makes_keys_that_play_again(tmp_path, domain):
         content = yaml.safe_load(saved.read_text())['/wind']['ros__parameters']
         assert content['tracks'] == ['physics.gravity']
         assert content['keys.physics.gravity.values'] == [9.81, 1.5]
+        # Until the key it is as it was seen: it does not glide there from the beginning.
+        assert content['keys.physics.gravity.laws'] == ['step', 'linear']
         first, second = content['keys.physics.gravity.times']
         assert first == 0.0 and before <= second <= after + 0.2
         assert graph.end('wind') == 0

@@ -14,6 +14,8 @@
 
 """The physics node given what is wrong, and time and dials that jump: it refuses or goes on."""
 from dataclasses import replace
+import re
+import time
 
 from flag_sim.cloth import Cloth
 from flag_sim.nodes import messages
@@ -133,7 +135,8 @@ def test_a_gap_longer_than_max_gap_is_not_simulated(bench, capfd):
     """It is said, and the cloth stands still over it."""
     before = play(bench, 6)
     assert np.array_equal(bench.frame(1e9), before)
-    assert 'more than max_gap = 1 s: the cloth stands still' in capfd.readouterr().err
+    said = capfd.readouterr().err
+    assert 'more than max_gap = 1 s: the cloth stands still over them; a greater max_gap' in said
     assert not np.array_equal(bench.frame(1e9 + FRAME), before)
 
 
@@ -149,9 +152,9 @@ def test_time_that_jumps_back_lays_the_cloth_out_again(bench, take):
     """In the same take, in a new one, and typed by hand."""
     play(bench, COUNT)
     if take is None:
-        for time in (10.0, 4.0):
+        for at in (10.0, 4.0):
             message = messages.parameters_message('/hand', Tag(0, 0, 0, 0), WIND, {})
-            message.stamp = messages.to_time(round(time * 1e9))
+            message.stamp = messages.to_time(round(at * 1e9))
             del message.changed_parameters[1:4]
             cloud = bench.hear(message)
     else:
@@ -164,7 +167,7 @@ def test_time_that_jumps_back_lays_the_cloth_out_again(bench, take):
 @pytest.mark.parametrize('dial, value, attribute', [
     ('stiffness', 300.0, 'material'), ('area_density', 0.5, 'material'), ('gravity', 3.0, None),
     ('air.drag_coefficient', 0.3, 'air'), ('solver', 'rk4', None), ('substeps', 300, 'stepping'),
-    ('stretch_limit', 0.01, None)], ids=str)
+    ('stretch_limit', 0.01, None), ('precision', 'float32', None)], ids=str)
 @pytest.mark.parametrize('way', ['set', 'keyed'])
 def test_a_dial_that_changes_between_frames_counts_from_the_next(bench, dial, value, attribute,
                                                                  way):
@@ -183,6 +186,67 @@ def test_a_dial_that_changes_between_frames_counts_from_the_next(bench, dial, va
         advance(cloth, n)
     assert np.array_equal(positions, cloth.positions.astype(np.float32))
     assert not np.array_equal(positions, library(COUNT))
+
+
+def test_precision_goes_both_ways_without_a_jump(bench):
+    """As the library's to the bit; and where only numbers are rounded, nothing moves."""
+    cloth = Cloth()
+    library(6, cloth)
+    play(bench, 6)
+    for n, precision in ((6, 'float32'), (9, 'float64')):
+        assert bench.put(precision=precision).successful
+        stood = cloth.positions
+        still = bench.frame((n - 1) * FRAME + 1e-9)  # no time to move in
+        cloth.precision = precision
+        cloth.advance(1e-9, WIND)
+        # Half a unit in the last place of 9 m in float32, by the cloth and by the message.
+        assert np.abs(still - stood).max() <= 2 * 0.5 * np.spacing(np.float32(9.0))
+        for k in range(n, n + 3):
+            positions = bench.frame(k * FRAME)
+            begin = (k - 1) * FRAME + (1e-9 if k == n else 0.0)
+            cloth.advance((round(k * FRAME * 1e9) - round(begin * 1e9)) * 1e-9, WIND)
+            assert np.array_equal(positions, cloth.positions.astype(np.float32))
+    # Three frames in float32 leave a trace, and less than the tenth of a millimetre that the
+    # dial's effect tells of.
+    assert 0.0 < np.abs(positions - library(COUNT)).max() < 1e-4
+
+
+def test_threads_are_fixed_at_the_start_and_change_no_bit(domain):
+    """Set while it runs they are refused, with the rule; given at the start, all is the same."""
+    with rclpy.init(args=['--ros-args', '-p', 'threads:=2'], domain_id=domain):
+        bench = Bench()
+        positions = play(bench, COUNT)
+        result = bench.put(threads=1)
+        assert not result.successful
+        assert result.reason == 'threads is fixed at the start of the node'
+        assert bench.frame(COUNT * FRAME, keyed={'physics.threads': 1}) is None
+        bench.close()
+    assert np.array_equal(positions, library(COUNT))
+
+
+def test_a_gap_made_by_compiling_is_not_blamed_on_others(bench, capfd, monkeypatch):
+    """The node says what it was busy with; a gap that it did not make is not explained by it."""
+    play(bench, 6)
+    warm_up = bench.node._warm_up
+    monkeypatch.setattr(bench.node, '_warm_up', lambda values: time.sleep(0.3) or warm_up(values))
+    assert bench.put(solver='verlet', max_gap=0.2).successful
+    bench.frame(6 * FRAME)
+    bench.frame(6 * FRAME + 0.4)
+    said = capfd.readouterr().err
+    assert re.search(r'0\.400 s between two frames is more than max_gap = 0\.2 s: .*; physics '
+                     r'itself was busy for \d+\.\d s, compiling solver verlet in float64', said)
+    bench.frame(6 * FRAME + 5.0)
+    said = capfd.readouterr().err
+    assert 'more than max_gap' in said and 'busy' not in said
+
+
+def test_a_new_reason_to_refuse_is_told_at_once(bench, capfd):
+    """However soon after another one; the same again, with another value, is not."""
+    for keyed in ({'gravity': -1.0}, {'solver': 'magic'}, {'gravity': -2.0}, {'gravity': 'down'}):
+        bench.frame(0.0, keyed={f'physics.{name}': value for name, value in keyed.items()})
+    said = capfd.readouterr().err
+    assert [value in said for value in ('not -1.0', "not 'magic'", 'not -2.0', "not 'down'")] == [
+        True, True, False, True]
 
 
 def test_a_lower_stretch_limit_counts_at_once(bench):

@@ -15,15 +15,14 @@
 """The renderer node, alone: odd clouds and odd dials end in a right picture or a clear refusal."""
 import itertools
 import math
-import os
 import time
 
 from flag_sim.drawing import Picture
 from flag_sim.nodes import messages, renderer
 from flag_sim.nodes.dials import RENDERER, SCENE
-from flag_sim.nodes.look import look_of
 from flag_sim.nodes.parameters import to_parameter
 from flag_sim.nodes.topics import publish, subscribe
+from flag_sim.settings import look_of
 import numpy as np
 import pytest
 import rclpy
@@ -116,9 +115,9 @@ class Stand:
 
 
 @pytest.fixture(scope='module')
-def stand():
+def stand(module_domain):
     """Give a renderer that all tests of this module share: it must outlive each of them."""
-    made = Stand(1 + os.getpid() % 100)
+    made = Stand(module_domain)
     yield made
     made.close()
 

@@ -17,9 +17,10 @@ import math
 
 from flag_sim.cloth import Air
 from flag_sim.cloth.model import Model
+from flag_sim.settings import cloth_of
 from flag_sim.study import ablation, plots
 from flag_sim.study.pairs import Pairs
-from flag_sim.study.settings import cloth_of, defaults
+from flag_sim.study.settings import defaults
 from flag_sim.study.store import Store
 from flag_sim.study.terms import (
     CONTROL, finer, pressure_matched, settings_of, SHOTS, Term, TERMS)

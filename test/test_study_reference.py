@@ -15,8 +15,7 @@
 """Settings are the nodes' dials, and references what they are said to be."""
 from flag_sim.cloth.model import Model
 from flag_sim.nodes.dials import NODES
-from flag_sim.nodes.look import look_of as look_of_node
-from flag_sim.nodes.physics import hang_of, Physics
+from flag_sim.settings import cloth_of
 from flag_sim.study import reference, settings
 from flag_sim.study.reference import nested, on_grid, Reference
 from flag_sim.study.search import CHOSEN
@@ -51,23 +50,8 @@ def test_settings_are_the_dials():
     assert set(CHOSEN) - {'rate'} <= {dial.name for dial in NODES['physics']}
 
 
-def test_settings_make_what_the_nodes_make():
-    """The same cloth and the same look, of other values than the defaults."""
-    changes = {'pole.height': 6.0, 'flag.length': 1.0, 'camera.distance': 3.0, 'ambient': 0.1,
-               'flag.specular': 0.5, 'samples': 4, 'stiffness': 200.0, 'solver': 'verlet',
-               'pole_collision': True, 'air.law': 'linear', 'substeps': 70, 'threads': 2,
-               'precision': 'float32'}
-    some = settings.changed(settings.defaults(), changes)
-    values = {dial.name: changes.get(dial.name, dial.default)
-              for node in ('physics', 'renderer') for dial in NODES[node]}
-    assert settings.look_of(some) == look_of_node(values)
-    assert settings.hang_of(some) == hang_of(values)
-    values = {dial.name: changes.get(dial.name, dial.default) for dial in NODES['physics']}
-    ours, theirs = settings.cloth_of(some), Physics._new_cloth(values)
-    for name in ('material', 'air', 'gravity', 'stepping', 'solver', 'stretch_limit', 'pole',
-                 'precision'):
-        assert getattr(ours, name) == getattr(theirs, name), name
-    assert np.array_equal(ours.positions, theirs.positions)
+def test_an_unknown_dial_is_refused():
+    """By its name."""
     with pytest.raises(ValueError, match='no dial stifness'):
         settings.defaults(stifness=1.0)
 
@@ -78,7 +62,7 @@ def test_grids_are_nested_and_the_sheet_is_the_same(base):
     dashpots = []
     for rows, columns in [*nested(FINEST), FINEST]:
         assert (FINEST[0] - 1) % (rows - 1) == (FINEST[1] - 1) % (columns - 1) == 0
-        cloth = settings.cloth_of(on_grid(base, rows, columns))
+        cloth = cloth_of(on_grid(base, rows, columns))
         dashpots.append(Model(cloth.mesh, cloth.material).spring_c)
     # Products of a few factors: some units in the last place.
     assert dashpots == [pytest.approx(dashpots[0], rel=1e-12)] * len(dashpots)

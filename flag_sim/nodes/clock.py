@@ -34,6 +34,11 @@ class FrameClock:
         self._period = Fraction(10**9) / Fraction(rate)  # [ns]
         self.wait()
 
+    @property
+    def rate(self):
+        """Return the present rate [Hz]."""
+        return self._rate
+
     def change_rate(self, rate):
         """Change the rate from the next frame on, which keeps its stamp."""
         self._origin = self.index, self.stamp

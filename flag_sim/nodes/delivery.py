@@ -13,6 +13,8 @@
 # limitations under the License.
 
 """Delivery: a frame is sent until every node that is waited for has said that it is done."""
+import time
+
 from flag_sim.nodes.flight import Flight
 from flag_sim.nodes.messages import to_stamp
 from flag_sim.nodes.topics import subscribe
@@ -36,12 +38,32 @@ class Delivery(Flight):
         self._node = node
         self._send_again = send_again
         self._on_done = on_done
+        # Steady time since which frames are in flight and nobody has answered any [s], or None.
+        self._silent_since = None
         self._complaint = None, 0.0  # stamp of the frame last complained of, and when [s]
         subscribe(node, 'frame_done', self._on_frame_done)
 
+    def send(self, tag, message, consumers, now):
+        """Note that a frame was sent, as Flight does."""
+        super().send(tag, message, consumers, now)
+        if len(self) and self._silent_since is None:
+            self._silent_since = now
+
+    def clear(self):
+        """Forget every frame."""
+        super().clear()
+        self._silent_since = None
+
     def _on_frame_done(self, message):
-        if self.done(to_stamp(message.stamp), message.frame_id):
+        stamp = to_stamp(message.stamp)
+        given_up = stamp not in self
+        is_done = self.done(stamp, message.frame_id)
+        if is_done or given_up:
+            self._silent_since = time.monotonic() if len(self) else None
+        if is_done:
             self.answered = True
+            if stamp == self._complaint[0]:
+                self._node.get_logger().info(f'the frame at {stamp / 1e9:.3f} s is done')
             self._on_done()
 
     def resend(self, now):
@@ -57,14 +79,25 @@ class Delivery(Flight):
             self._complain(frame, now)
 
     def late(self, now):
-        """Return whom the oldest frame has waited for longer than `resend_after`, in words."""
+        """
+        Return who has answered no frame for longer than `resend_after`, in words.
+
+        Frames that left while another one was waited for are not late for that.
+        """
         frame = self.oldest
-        if frame is None or now - frame.first_time <= self._node.values['resend_after']:
+        if frame is None or now - self._silent_since <= self._node.values['resend_after']:
             return ''
-        ends = self._node.get_publishers_info_by_topic('frame_done')
-        present = {end.node_name for end in ends}
-        return ', '.join(name if name in present else f'{name} (no such node is running)'
-                         for name in sorted(frame.waiting_for))
+        return ', '.join(self._how(name) for name in sorted(frame.waiting_for))
+
+    def _how(self, name):
+        """Return a node's name, with what is known of a node that cannot have answered."""
+        node = self._node
+        ends = node.get_publishers_info_by_topic(node.resolve_topic_name('frame_done'))
+        if name in [end.node_name for end in ends]:
+            return f'{name} (its log says why)'
+        if name in node.get_node_names():
+            return f'{name} (still starting, its log says why)'
+        return f'{name} (no such node is running)'
 
     def _complain(self, frame, now):
         """Say whom a frame waits for: at once of every new frame, and of the same now and then."""

@@ -22,6 +22,7 @@ import time
 
 from flag_sim.nodes import messages
 from flag_sim.nodes.config import config_path
+from flag_sim.nodes.domains import NoDomain
 from flag_sim.nodes.film import images_of, write_animation, write_contact_sheet
 from flag_sim.nodes.graph import Graph
 from flag_sim.nodes.life import bring_profile
@@ -107,7 +108,10 @@ def main(args=None):
     shutil.rmtree(out / 'demo', ignore_errors=True)
     print(f'playing {shot.name}: {frames} frames through wind, physics, renderer and recorder')
     print('(the first time, compiling the kernels takes up to half a minute)')
-    rate = play(shot, frames, out)
+    try:
+        rate = play(shot, frames, out)
+    except NoDomain as error:
+        parser.exit(1, f'{error}\n')
     if rate is None:
         print('the shot did not reach its end', file=sys.stderr)
         return 1

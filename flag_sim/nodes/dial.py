@@ -56,7 +56,9 @@ class Dial:
         if self.choices:
             words = f'one of {", ".join(self.choices)}'
         elif self.low is not None:
-            words += f' from {self.low:g} to {self.high:g}'
+            low, high = (f'{end:g}' if kind is float else f'{end}'
+                         for end in (self.low, self.high))
+            words += f' from {low} to {high}'
         if self.is_list:
             count = '' if self.length is None else f'{self.length} values, '
             words = f'a list of {count}each a {words}'

@@ -36,6 +36,9 @@ class Flight:
     def __len__(self):
         return len(self._frames)
 
+    def __contains__(self, stamp):
+        return stamp in self._frames
+
     @property
     def oldest(self):
         """Return the oldest frame in flight, or None."""

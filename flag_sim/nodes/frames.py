@@ -75,6 +75,11 @@ class FrameOrder:
         self._wait(tag)
         return Arrival.NEW
 
+    @property
+    def waiting(self):
+        """Return {index: tag} of the frames whose turn has not come."""
+        return self._waiting
+
     def next_frame(self, is_ready=lambda tag: True):
         """
         Return the next frame whose turn it is and that `is_ready`, or None.

@@ -21,6 +21,8 @@ import subprocess
 import sys
 import time
 
+from flag_sim.nodes.domains import claimed_domain
+
 GRACE = 10.0  # time that a node gets to end [s]
 
 
@@ -28,15 +30,14 @@ class Graph:
     """
     Nodes of this package, each a process, on this host alone and in a ROS domain of their own.
 
-    logs: folder for one log file a node. The processes are ended, by their ids, on leaving the
-    `with` block.
+    logs: folder for one log file a node. domain: that somebody has claimed; None claims one on
+    entering the `with` block. The processes are ended, by their ids, on leaving it.
     """
 
     def __init__(self, logs, domain=None):
         self.logs = Path(logs)
         self.logs.mkdir(parents=True, exist_ok=True)
-        # Domains 1 to 100 stay below the ports that Linux hands out by itself.
-        self.domain = domain or 1 + os.getpid() % 100
+        self.domain = domain
         self.processes = {}
         self._cleanup = contextlib.ExitStack()
 
@@ -82,7 +83,9 @@ class Graph:
         return self.processes[name].poll()
 
     def __enter__(self):
-        """Return self."""
+        """Return self, in a domain; raise NoDomain if there is none."""
+        if self.domain is None:
+            self.domain = self._cleanup.enter_context(claimed_domain())
         return self
 
     def __exit__(self, *_):

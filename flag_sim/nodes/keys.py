@@ -104,8 +104,7 @@ def _make_track(name, times, keys, types, laws):
     """Return the Track; the same again while others are edited, as two hundred keys take 4 ms."""
     del types
     dial = target_dial(name)
-    if not laws and _is_whole(dial):
-        laws = ('step',) * len(times)  # counts, such as the width of a picture, do not glide
+    laws = laws or (_usual_law(dial),) * len(times)
     try:
         return Track(times, _accepted(dial, keys), laws, is_angle(dial))
     except (ValueError, TypeError, OverflowError) as error:
@@ -148,6 +147,15 @@ def _to_parameter(track):
     return _within_a_turn if is_angle(dial) else lambda value: value
 
 
+def _usual_law(dial):
+    """
+    Return the law that leads on from a key of a dial unless another is given.
+
+    Texts and booleans have nothing between them, and counts, as the width of a picture, no glide.
+    """
+    return 'linear' if type(dial.default) in (float, list) else 'step'
+
+
 def _within_a_turn(angle):
     return math.remainder(angle, TURN) if abs(angle) > TURN else angle
 
@@ -156,9 +164,10 @@ def with_key(values, track, time, value, old, reach):
     """
     Return {parameter: value} that puts a key into a track of the wind's parameters `values`.
 
-    A track that is not there is made, with the value `old` at 0. A key within `reach` [s] of
-    `time` is replaced. A value that the parameter has at `time` already, by its track or, without
-    one, as `old`, makes no key: then {} is returned.
+    A track that is not there is made, with the value `old` from 0 until the key: what was seen
+    before plays again as it was seen. A key within `reach` [s] of `time` is replaced. A value that
+    the parameter has at `time` already, by its track or, without one, as `old`, makes no key: then
+    {} is returned.
     Raises ValueError where the parameter cannot be keyed or cannot have the value.
     """
     dial = target_dial(track)
@@ -173,8 +182,9 @@ def with_key(values, track, time, value, old, reach):
         old = dial.accept(old)
         if value == old:
             return {}
-        times, keyed, laws = [0.0], [old], Track([0.0], [old]).laws
+        times, keyed, laws = [0.0], [old], [_usual_law(dial)]
         tracks = [*values['tracks'], track]
+    is_first = track not in values['tracks']
     nearest = min(range(len(times)), key=lambda k: abs(times[k] - time))
     if abs(times[nearest] - time) <= reach:
         keyed[nearest] = value
@@ -183,6 +193,8 @@ def with_key(values, track, time, value, old, reach):
         times.insert(k, time)
         keyed.insert(k, value)
         laws.insert(k, laws[max(k - 1, 0)])  # a segment that is cut keeps its law on both sides
+        if is_first:
+            laws[0] = 'step'
     flat = [v for key in keyed for v in key] if dial.is_list else keyed
     flat = [float(v) for v in flat] if _is_whole(dial) else flat
     return {'tracks': tracks, key_name(track, 'times'): times,

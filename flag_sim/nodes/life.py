@@ -20,6 +20,7 @@ import signal
 import socket
 import sys
 import threading
+import time
 
 from flag_sim.nodes.config import config_path
 from flag_sim.nodes.parameters import BadParameter
@@ -135,14 +136,23 @@ def _set_once(future, status):
         future.set_result(status)
 
 
-def announce_when_slow(node, what, seconds=1.0):
+@contextlib.contextmanager
+def compiling(node, what, seconds=1.0):
     """
-    Return a timer that tells the user what a node waits for, if it takes long; cancel it after.
+    Tell the user what is compiled in the `with` block, if it takes long, and when it is ready.
 
-    Compiling the kernels takes many seconds the first time and none later.
+    Kernels take many seconds the first time and none later; the node does nothing else meanwhile.
     """
+    begin = time.monotonic()
     timer = threading.Timer(seconds, node.get_logger().info, [
-        f'{what}: only the first time takes this long (half a minute at most)'])
+        f'compiling {what}: frames wait for it; the first time only, and half a minute at most '
+        'unless the machine is busy'])
     timer.daemon = True
     timer.start()
-    return timer
+    try:
+        yield
+    finally:
+        timer.cancel()
+    spent = time.monotonic() - begin
+    if spent > seconds:
+        node.get_logger().info(f'compiled {what} in {spent:.1f} s')

@@ -14,54 +14,25 @@
 
 """The physics node: moves the cloth to the time of every frame and publishes its vertices."""
 import sys
+import time
 
 from flag_sim.cloth import checks, energy
-from flag_sim.cloth.material import Air, Material
 from flag_sim.cloth.mesh import Mesh
 from flag_sim.cloth.simulation import Cloth, Diverged, MAX_WIND
-from flag_sim.cloth.stability import Stepping
 from flag_sim.cloth.strain import greatest_strain
 from flag_sim.nodes import messages
+from flag_sim.nodes.complaints import WARN_EVERY
 from flag_sim.nodes.dials import PHYSICS, SCENE
-from flag_sim.nodes.life import announce_when_slow, run
+from flag_sim.nodes.life import compiling, run
 from flag_sim.nodes.readout import ERROR, WARN
-from flag_sim.nodes.server import FrameServer, WARN_EVERY
+from flag_sim.nodes.server import FrameServer
 from flag_sim.nodes.topics import publish
+from flag_sim.settings import air_of, cloth_of, hang_of, material_of, pole_of, stepping_of
 
 
-def hang_of(values):
-    """
-    Return (hoist_top, length, width) [m] of the flag from the scene's dials (1.2).
-
-    Unless given, the width is a sixth of the pole and the length one and a half times the width.
-    The upper corner is on the pole's surface, one diameter below its top.
-    """
-    width = values['flag.width'] or values['pole.height'] / 6.0
-    length = values['flag.length'] or 1.5 * width
-    top = values['pole.height'] - values['pole.diameter']
-    return (0.5 * values['pole.diameter'], 0.0, top), length, width
-
-
-def material_of(values):
-    """Return the Material of the node's values {dial: value}."""
-    return Material(*(values[name] for name in (
-        'area_density', 'stiffness', 'shear_stiffness', 'bend_stiffness', 'damping',
-        'node_damping')))
-
-
-def air_of(values):
-    """Return the Air of the node's values {dial: value}."""
-    return Air(values['air.density'], values['air.drag_coefficient'], values['air.law'])
-
-
-def stepping_of(values):
-    """Return the Stepping of the node's values {dial: value}."""
-    return Stepping(values['substeps'], values['step_safety'], values['substeps_limit'])
-
-
-def pole_of(values):
-    """Return the cylinder (x, y, radius) [m] that the cloth stays out of, or None."""
-    return (0.0, 0.0, 0.5 * values['pole.diameter']) if values['pole_collision'] else None
+def kernels_of(values):
+    """Return in words what the kernels are compiled for."""
+    return f'solver {values["solver"]} in {values["precision"]}'
 
 
 class Physics(FrameServer):
@@ -75,23 +46,14 @@ class Physics(FrameServer):
         self._softened = False
         self._held = 0  # nodes that stretch_limit held back in the last frame
         self._diverged = ''  # why the last frame could not be simulated
+        self._busy = 0.0, ''  # how long the last frame took [s], and what was compiled for it
         self._applied = dict(self.values)
-        self._cloth = self._new_cloth(self.values)
+        self._cloth = cloth_of(self.values)
         self._warm_up(self.values)
         self._vertices_out = publish(self, 'vertices')
         self.get_logger().info(
             f'{self.values["grid.columns"]} x {self.values["grid.rows"]} nodes, '
             'waiting for frames')
-
-    @staticmethod
-    def _new_cloth(values):
-        hoist_top, length, width = hang_of(values)
-        return Cloth(values['grid.rows'], values['grid.columns'], length, width, hoist_top,
-                     material=material_of(values), air=air_of(values),
-                     gravity=values['gravity'], stepping=stepping_of(values),
-                     solver=values['solver'], stretch_limit=values['stretch_limit'],
-                     pole=pole_of(values), precision=values['precision'],
-                     threads=values['threads'])
 
     def _warm_up(self, values):
         """
@@ -99,12 +61,11 @@ class Physics(FrameServer):
 
         Those of one solver and precision only: all would take more memory and a minute more.
         """
-        slow = announce_when_slow(self, 'compiling the cloth kernels')
-        cloth = Cloth(3, 3, pole=(0.0, 0.0, 0.01), solver=values['solver'],
-                      precision=values['precision'])
-        cloth.advance(1e-3)
-        cloth.normals()
-        slow.cancel()
+        with compiling(self, kernels_of(values)):
+            cloth = Cloth(3, 3, pole=(0.0, 0.0, 0.01), solver=values['solver'],
+                          precision=values['precision'])
+            cloth.advance(1e-3)
+            cloth.normals()
 
     def check(self, values):
         """Refuse values of which no cloth can be made."""
@@ -128,6 +89,8 @@ class Physics(FrameServer):
 
     def work(self, tag, wind, values):
         """Return the frame's PointCloud2."""
+        begin = time.monotonic()
+        kernels = kernels_of(self._applied)
         if self._time is not None and tag.stamp < self._time:
             self.restart(tag)
         if values != self._applied:
@@ -135,6 +98,8 @@ class Physics(FrameServer):
         if self._time is not None:
             self._advance((tag.stamp - self._time) * 1e-9, wind)
         self._time = tag.stamp
+        compiled = kernels_of(values) if kernels_of(values) != kernels else ''
+        self._busy = time.monotonic() - begin, compiled
         return messages.cloud_message(tag.stamp, self._cloth.positions, self._cloth.normals())
 
     def _configure(self, values):
@@ -145,7 +110,7 @@ class Physics(FrameServer):
         grid = values['grid.rows'], values['grid.columns']
         if grid != (before['grid.rows'], before['grid.columns']):
             self._cloth.regrid(*grid)
-        if any(values[name] != before[name] for name in ('solver', 'precision')):
+        if kernels_of(values) != kernels_of(before):
             self._warm_up(values)
         self._cloth.material = material_of(values)
         self._cloth.air = air_of(values)
@@ -160,7 +125,8 @@ class Physics(FrameServer):
         if dt > self._applied['max_gap']:
             self.get_logger().warning(
                 f'{dt:.3f} s between two frames is more than max_gap = '
-                f'{self._applied["max_gap"]:g} s: the cloth stands still over the gap')
+                f'{self._applied["max_gap"]:g} s: the cloth stands still over them; '
+                f'{self._cause_of_gap(dt)}')
         elif dt > 0.0:
             try:
                 self._plan = self._cloth.advance(dt, wind)
@@ -169,6 +135,14 @@ class Physics(FrameServer):
             except Diverged as error:
                 self._diverged = str(error)
                 self.get_logger().error(self._diverged, throttle_duration_sec=WARN_EVERY)
+
+    def _cause_of_gap(self, dt):
+        """Return in words why no frame was served for so long, or what can be done about it."""
+        seconds, compiled = self._busy
+        if seconds < 0.5 * dt:  # they were not sent, or not by this clock
+            return 'a greater max_gap would simulate them'
+        return (f'physics itself was busy for {seconds:.1f} s'
+                + (f', compiling {compiled}' if compiled else ' with the frame before'))
 
     def _report(self, plan):
         """Say when steps or cloth begin to be other than they are set, and when that ends."""

@@ -69,7 +69,7 @@ class Recorder(DialNode):
         self._missing = {}  # topics that have not come, by stamp, of frames that are not whole
         self._whole = collections.OrderedDict()  # stamps of the latest whole frames
         self._order = FrameOrder()
-        self._has_take = False
+        self._takes = 0
         self._offset = self._newest = 0
         self._copies = self._lost = 0
         self._stopwatch = Stopwatch()
@@ -99,12 +99,15 @@ class Recorder(DialNode):
         if tag.take is None or self._order.arrive(tag) is not Arrival.RESTART:
             return
         # Images of the first take may come before its parameters: they belong to it.
-        if self._has_take:
+        if self._takes:
+            self.get_logger().info(
+                f'another take begins, as the wind was reset or started again: it follows in '
+                f'{self._bag.path} after {self._stopwatch.frames} frames of earlier ones')
             self._offset = self._newest + TAKE_GAP
             self._lost += len(self._missing)
             self._missing.clear()
             self._whole.clear()
-        self._has_take = True
+        self._takes += 1
 
     def _write(self, name, topic, data):
         stamp = serialized_stamp(data)
@@ -178,7 +181,8 @@ class Recorder(DialNode):
         lost = self._lost + len(self._missing)
         self.get_logger().info(
             f'{self._bag.path}: {self._stopwatch.frames} frames, {self._bag.size / 1e6:.1f} MB, '
-            f'{lost} incomplete frames, {self._copies} copies left out')
+            f'{lost} incomplete frames, {self._copies} copies left out'
+            + (f', {self._takes} takes' if self._takes > 1 else ''))
         self.get_logger().info(self._stopwatch.summary())
 
 

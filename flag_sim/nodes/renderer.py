@@ -18,12 +18,13 @@ import time
 
 from flag_sim.drawing import Picture
 from flag_sim.nodes import messages
+from flag_sim.nodes.complaints import Waiting
 from flag_sim.nodes.dials import RENDERER, SCENE
 from flag_sim.nodes.frames import Tag
-from flag_sim.nodes.life import announce_when_slow, run
-from flag_sim.nodes.look import look_of
+from flag_sim.nodes.life import compiling, run
 from flag_sim.nodes.server import FrameServer
 from flag_sim.nodes.topics import DEPTH, publish, subscribe
+from flag_sim.settings import look_of
 import numpy as np
 
 # Vertices may come before the wind is discovered; only after this time does its absence mean
@@ -57,15 +58,15 @@ class Renderer(FrameServer):
         self._start = time.monotonic()
         subscribe(self, 'vertices', self._on_vertices)
         self._grace = self.create_timer(GRACE, self._end_grace)
+        self._waiting = Waiting(self, self._missing, lambda: self.stopwatch.frames)
         self.get_logger().info(
             f'{self.values["width"]} x {self.values["height"]} pixels, waiting for vertices')
 
     def _warm_up(self):
         """Compile or load the kernels of the present kind of picture before the first frame."""
-        slow = announce_when_slow(self, 'compiling the drawing kernels')
         square = np.array([[[0.0, 0.0, 9.0], [1.0, 0.0, 9.0]], [[0.0, 0.0, 8.0], [1.0, 0.0, 8.0]]])
-        Picture().draw(square, None, *look_of(self.values))
-        slow.cancel()
+        with compiling(self, 'the rasterizer'):
+            Picture().draw(square, None, *look_of(self.values))
 
     def check(self, values):
         """Refuse values of which no picture can be made."""
@@ -105,6 +106,25 @@ class Renderer(FrameServer):
             return
         for stamp in sorted(self._clouds):
             self.take_frame(Tag(stamp, None, stamp, stamp), None, {}, sender)
+
+    def _missing(self):
+        """Return in words what the next frame lacks: its vertices or, with them, parameters."""
+        lacking = [tag.stamp for tag in self._order.waiting.values() if not self.is_ready(tag)]
+        if lacking:
+            frame = f'vertices of the frame at {min(lacking) / 1e9:.3f} s'
+            senders = self._names_of('vertices')
+            return (f'{frame}: {senders} has not sent them, its log says why' if senders else
+                    f'{frame}: nobody publishes them, is physics running?')
+        # A single cloud may be a late copy; nobody plays that.
+        if len(self._clouds) > 1:
+            return (f'parameters of the frame at {min(self._clouds) / 1e9:.3f} s, whose vertices '
+                    f'have come: {self._names_of("parameters")} publishes parameters, but not of '
+                    'this frame; end it, and vertices are drawn alone')
+        return ''
+
+    def _names_of(self, topic):
+        ends = self.get_publishers_info_by_topic(self.resolve_topic_name(topic))
+        return ', '.join(sorted({end.node_name for end in ends}))
 
     def _end_grace(self):
         self.destroy_timer(self._grace)

@@ -13,14 +13,15 @@
 # limitations under the License.
 
 """What physics and renderer have in common: a frame arrives, they work, they publish."""
+import time
+
 from flag_sim.nodes import messages
+from flag_sim.nodes.complaints import Refusals
 from flag_sim.nodes.frames import Arrival, FrameOrder
 from flag_sim.nodes.parameters import DialNode
 from flag_sim.nodes.readout import compute_time, OK, Readout
 from flag_sim.nodes.stopwatch import Stopwatch
 from flag_sim.nodes.topics import subscribe
-
-WARN_EVERY = 5.0  # between warnings of one kind [s]
 
 
 class FrameServer(DialNode):
@@ -37,6 +38,7 @@ class FrameServer(DialNode):
         self._order = FrameOrder()
         self._inputs = {}   # (wind, values) by index, of frames that wait for their turn
         self._answers = {}  # (index, answer) by stamp, of frames that may be asked for again
+        self._refusals = Refusals()
         # The network cannot deliver before it is spun, and it is spun only once all is ready.
         subscribe(self, 'parameters', self._on_parameters)
         self._readout = Readout(self, self._status)
@@ -98,6 +100,7 @@ class FrameServer(DialNode):
             self.restart(tag)
         if arrival in (Arrival.NEW, Arrival.RESTART):
             self._inputs[tag.index] = wind, keyed
+            self._inputs = {i: self._inputs[i] for i in self._order.waiting}
             self._answers = {stamp: kept for stamp, kept in self._answers.items()
                              if kept[0] >= tag.oldest}
             self.serve()
@@ -107,8 +110,7 @@ class FrameServer(DialNode):
     def serve(self):
         """Serve the frames whose turn it is."""
         while (tag := self._order.next_frame(self.is_ready)) is not None:
-            wind, keyed = self._inputs[tag.index]
-            self._inputs = {i: inputs for i, inputs in self._inputs.items() if i > tag.index}
+            wind, keyed = self._inputs.pop(tag.index)
             # What a user sets meanwhile counts from this frame on; keys count before it.
             with self.stopwatch.share('work'):
                 answer = self.work(tag, wind, {**self.values, **keyed})
@@ -125,8 +127,9 @@ class FrameServer(DialNode):
 
     def refuse(self, topic, error):
         """Warn of a message that cannot be used."""
-        self.get_logger().warning(f'a message on {topic} is refused: {error}',
-                                  throttle_duration_sec=WARN_EVERY)
+        reason = f'a message on {topic} is refused: {error}'
+        if self._refusals.is_worth_saying(reason, time.monotonic()):
+            self.get_logger().warning(reason)
 
     def close(self):
         """Say where the time went."""

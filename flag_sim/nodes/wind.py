@@ -85,6 +85,7 @@ class Wind(AnimationNode):
         now = self._pacer.stamp / 1e9
         self._weather = Weather(self.values, self.timeline, now, self._weather.passed(now))
         if 'rate' in changed:
+            self._report_missed()
             self._pacer.change_rate(self.values['rate'])
         if changed & {'rate', 'pace', 'paused', 'frames'}:
             self._pacer.wait()
@@ -227,14 +228,23 @@ class Wind(AnimationNode):
 
     def _report(self):
         """Warn of frames that were missed since the last time, and of another wind."""
-        new, self._reported = self._frames - self._reported, self._frames.copy()
-        if missed(new):
-            self.get_logger().warning(
-                f'{missed(new)} of the last {new["sent"] + new["skipped"]} frames were missed at '
-                f'{self.values["rate"]:g} Hz: {new["skipped"]} could not be sent, {new["undone"]} '
-                f'were not done in time by {", ".join(self.values["wait_for"])}')
+        self._report_missed()
         if self.count_publishers('parameters') > 1:
             self.get_logger().warning(ANOTHER)
+
+    def _report_missed(self):
+        new, self._reported = self._frames - self._reported, self._frames.copy()
+        if not missed(new):
+            return
+        late = self._flight.late(time.monotonic())
+        causes = [f'{new["undone"]} not done in time by ' + (
+            late or ', '.join(self.values['wait_for']))] * bool(new['undone'])
+        causes += [f'{new["skipped"]} not sent, the wind itself was too slow'] * bool(
+            new['skipped'])
+        way_out = '' if late else '; a lower rate misses fewer, pace lockstep none'
+        self.get_logger().warning(
+            f'{missed(new)} of the last {new["sent"] + new["skipped"]} frames were missed at '
+            f'{self._pacer.rate:g} Hz: {", ".join(causes)}{way_out}')
 
     def _status(self):
         """Return the `state` of the wind."""

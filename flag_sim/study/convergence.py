@@ -15,9 +15,9 @@
 """Part: how exact the references themselves are, which says what they can rank."""
 from flag_sim.cloth import Diverged
 from flag_sim.cloth.mesh import resample
+from flag_sim.settings import cloth_of
 from flag_sim.study import error, plots as drawing, report, scene, summary
 from flag_sim.study.reference import WINDOW
-from flag_sim.study.settings import cloth_of
 import numpy as np
 
 NAME = 'convergence'

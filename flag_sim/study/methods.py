@@ -18,9 +18,10 @@ import time
 
 from flag_sim.cloth import Diverged
 from flag_sim.cloth.solvers import SOLVERS
+from flag_sim.settings import cloth_of
 from flag_sim.study import error, plots as drawing, report, scene, summary
 from flag_sim.study.reference import WINDOW
-from flag_sim.study.settings import changed, cloth_of
+from flag_sim.study.settings import changed
 
 NAME = 'methods'
 SHARE = 1.5

@@ -16,8 +16,9 @@
 from typing import NamedTuple
 
 from flag_sim.cloth import Air
+from flag_sim.settings import hang_of
 from flag_sim.study.reference import on_grid
-from flag_sim.study.settings import changed, defaults, hang_of
+from flag_sim.study.settings import changed, defaults
 
 
 class Term(NamedTuple):

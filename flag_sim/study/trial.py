@@ -16,8 +16,9 @@
 import time
 
 from flag_sim.cloth import Diverged
+from flag_sim.settings import look_of
 from flag_sim.study import error
-from flag_sim.study.settings import changed, look_of, picture_of
+from flag_sim.study.settings import changed, picture_of
 
 BEST = {'samples': 16, 'interpolation': 'perspective', 'hidden_surface': 'zbuffer',
         'shading': 'gouraud', 'outline': False, 'drawing.threads': 1}
