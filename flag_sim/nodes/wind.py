@@ -83,7 +83,7 @@ class Wind(AnimationNode):
         """Play on with the new values."""
         super().apply(changed)
         now = self._pacer.stamp / 1e9
-        self._weather = Weather(self.values, self.timeline, now, self._weather.passed(now))
+        self._weather = self._weather.turned(self.values, self.timeline, now)
         if 'rate' in changed:
             self._pacer.change_rate(self.values['rate'])
         if changed & {'rate', 'pace', 'paused', 'frames'}:
