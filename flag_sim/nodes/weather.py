@@ -42,7 +42,7 @@ class Weather:
 
     def turned(self, values, timeline, now):
         """
-        Return the weather from `now` [s] on, by other dials and keys; this one if they are its own.
+        Return the weather from `now` [s] on, by other dials and keys; this one if it has the same.
 
         The gusts that are in the air stay where they are.
         """
