@@ -86,6 +86,8 @@ def played(tmp_path_factory, module_domain):
     ('pace', 'lockstep', 'pace lockstep needs at least one node in wait_for'),
     ('save_to', '/nowhere/shot.yaml', 'save_to: there is no folder /nowhere'),
     ('save_to', '/proc/shot.yaml', 'save_to: /proc/shot.yaml cannot be written'),
+    ('wait_for', ['renderer', 'physics'], 'or your own; physics sends none'),
+    ('wait_for', ['/renderer'], "without their namespace, not '/renderer'"),
     ('publish_clock', True, 'publish_clock is fixed at the start of the node'),
 ])
 def test_what_cannot_be_played_is_refused_and_the_animation_goes_on(played, name, value, said):

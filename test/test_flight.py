@@ -12,9 +12,15 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Frames in flight: who has done what, and what is overdue."""
+"""Frames in flight: who has done what, what is overdue, and who can be waited for."""
+import importlib
+import inspect
+
+from flag_sim.nodes.delivery import check_delivery
+from flag_sim.nodes.dials import NODES
 from flag_sim.nodes.flight import Flight
 from flag_sim.nodes.frames import Tag
+import pytest
 
 
 def tag(index):
@@ -53,3 +59,39 @@ def test_nobody_to_wait_for():
     flight = Flight()
     flight.send(tag(0), 'message', [], 0.0)
     assert len(flight) == 0
+
+
+def test_others_can_be_waited_for_while_frames_are_in_flight():
+    """A name with a wrong spelling does not hold them up for ever."""
+    flight = Flight()
+    for index in range(2):
+        flight.send(tag(index), 'message', ['rendrer'], 0.0)
+    flight.wait_for(['renderer', 'recorder'])
+    assert not flight.done(0, 'rendrer') and not flight.done(0, 'renderer')
+    assert flight.done(0, 'recorder')
+    assert flight.oldest.waiting_for == {'renderer', 'recorder'}
+    flight.wait_for([])
+    assert len(flight) == 0
+
+
+@pytest.mark.parametrize('node', NODES)
+def test_only_nodes_that_say_frame_done_are_waited_for(node):
+    """The others of the package are refused by name."""
+    source = inspect.getsource(importlib.import_module(f'flag_sim.nodes.{node}'))
+    values = {'pace': 'realtime', 'wait_for': ['mine', node]}
+    if "publish(self, 'frame_done')" in source:
+        check_delivery(values)
+    else:
+        with pytest.raises(ValueError, match=f'recorder or your own; {node} sends none'):
+            check_delivery(values)
+
+
+@pytest.mark.parametrize('pace, wait_for, rule', [
+    ('lockstep', [], 'needs at least one node in wait_for'),
+    ('realtime', [''], "by letters, digits and _, without their namespace, not ''"),
+    ('realtime', ['/film/renderer'], "not '/film/renderer'"),
+])
+def test_what_can_never_be_done_is_refused(pace, wait_for, rule):
+    """The message names the rule and the value."""
+    with pytest.raises(ValueError, match=rule):
+        check_delivery({'pace': pace, 'wait_for': wait_for})

@@ -14,8 +14,9 @@
 
 """Frames are served once and in order, whatever arrives."""
 import random
+import time
 
-from flag_sim.nodes.frames import Arrival, FrameOrder, Tag
+from flag_sim.nodes.frames import Arrival, FrameOrder, next_take, Tag
 import pytest
 
 
@@ -67,6 +68,16 @@ def test_a_later_take_begins_anew_and_an_earlier_one_is_stale():
     assert served(order) == [0]
     assert order.arrive(tag(1, take=1), 'a') is Arrival.STALE
     assert served(order) == []
+
+
+def test_a_take_has_a_greater_number_than_the_one_before(monkeypatch):
+    """Also where the wall clock has been set back, and across restarts where it has not."""
+    now = time.time_ns()
+    monkeypatch.setattr(time, 'time_ns', lambda: now)
+    assert next_take(0) == now
+    assert next_take(now - 5) == now
+    assert next_take(now) == now + 1
+    assert next_take(now + 3600 * 10**9) == now + 3600 * 10**9 + 1
 
 
 def test_a_new_publisher_may_play_an_old_take():

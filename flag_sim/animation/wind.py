@@ -35,9 +35,12 @@ class Passage:
     """
     How far a wind of changing speed has gone: the integral of the speed over time.
 
-    speed_at(time [s]) gives the speed [m/s]; distance [m] is what had passed at `start` [s].
+    speed_at(time [s]) returns the speed [m/s]; distance [m] is what had passed at `start` [s].
     The trapezoids stand on a lattice of their own, so the distance at a time is the same
     whatever the times that were asked for before, and so whatever the frame rate.
+
+    Kept is the last lattice point alone: a time after it costs the lattice points up to there,
+    an earlier one all of them from `start` on.
     """
 
     STEP = 1.0 / 64.0  # of the lattice [s]: gusts shorter than a frame of 60 Hz are not seen
@@ -45,16 +48,24 @@ class Passage:
     def __init__(self, speed_at, start=0.0, distance=0.0):
         self._speed_at = speed_at
         self._start = start
-        self._passed = [distance]
-        self._speed = speed_at(start)
+        self._distance = distance
+        self._begin()
+
+    def _begin(self):
+        """Stand at the lattice's first point, `start`."""
+        self._point = 0
+        self._passed = self._distance  # there [m]
+        self._speed = self._speed_at(self._start)  # there [m/s]
 
     def at(self, time):
         """Return the distance [m] at `time` [s], not before `start`."""
-        whole = int((time - self._start) / self.STEP)
-        while len(self._passed) <= whole:
-            speed = self._speed_at(self._start + len(self._passed) * self.STEP)
-            self._passed.append(self._passed[-1] + 0.5 * (self._speed + speed) * self.STEP)
+        point = int((time - self._start) / self.STEP)
+        if point < self._point:
+            self._begin()
+        for k in range(self._point + 1, point + 1):
+            speed = self._speed_at(self._start + k * self.STEP)
+            self._passed += 0.5 * (self._speed + speed) * self.STEP
             self._speed = speed
-        begin = self._start + whole * self.STEP
-        return self._passed[whole] + 0.5 * (time - begin) * (
-            self._speed_at(begin) + self._speed_at(time))
+        self._point = point
+        rest = time - (self._start + point * self.STEP)
+        return self._passed + 0.5 * rest * (self._speed + self._speed_at(time))

@@ -18,9 +18,28 @@ import time
 from flag_sim.nodes.flight import Flight
 from flag_sim.nodes.messages import to_stamp
 from flag_sim.nodes.topics import subscribe
+from rclpy.exceptions import InvalidNodeNameException
+from rclpy.validate_node_name import validate_node_name
 
 FIRST_RESEND = 0.2  # while nobody has ever answered, the graph is still coming together [s]
 COMPLAIN_AGAIN = 5.0  # between complaints of one frame [s]
+# What a frame needs on its way or where it comes from: none of them says `frame_done`.
+SILENT = ('wind', 'physics', 'player')
+
+
+def check_delivery(values):
+    """Raise ValueError if frames sent by the dials `values` {name: value} would never be done."""
+    if values['pace'] == 'lockstep' and not values['wait_for']:
+        raise ValueError('pace lockstep needs at least one node in wait_for')
+    for name in values['wait_for']:
+        if name in SILENT:
+            raise ValueError('wait_for must name nodes that send frame_done: renderer, recorder '
+                             f'or your own; {name} sends none')
+        try:
+            validate_node_name(name)
+        except InvalidNodeNameException:
+            raise ValueError('wait_for must name nodes by letters, digits and _, without their '
+                             f"namespace, not '{name}'") from None
 
 
 class Delivery(Flight):

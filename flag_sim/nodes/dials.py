@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """The parameters of every node, in the order in which people meet them."""
+from dataclasses import replace
 from math import pi
 
 from flag_sim.nodes.dial import Dial
@@ -29,15 +30,23 @@ SCENE = (
     Dial('platform.height', 0.3, 'height of the platform', 'm', 0.01, 100.0),
 )
 
+# How frames are delivered, by the wind and by the player.
+PACE = Dial('pace', 'realtime',
+            'realtime: by the clock; lockstep: as fast as every frame is done',
+            choices=('realtime', 'lockstep'))
+WAIT_FOR = Dial('wait_for', ['renderer'],
+                'nodes whose frame_done makes a frame done: renderer, recorder, your own',
+                item=str)
+RESEND_AFTER = Dial('resend_after', 1.0, 'lockstep: an unfinished frame is sent again after', 's',
+                    0.05, 60.0)
+
 WIND = (
     Dial('rate', 30.0, 'frames per simulated second', 'Hz', 0.01, 1000.0),
     Dial('frames', 0, 'length of the shot; 0: without end', 'frames', 0, 2**31 - 1),
-    Dial('pace', 'realtime', 'realtime: by the clock; lockstep: as fast as every frame is done',
-         choices=('realtime', 'lockstep')),
+    PACE,
     Dial('window', 3, 'lockstep: frames from the oldest unfinished one on', 'frames', 1, 8),
-    Dial('wait_for', ['renderer'], 'nodes whose frame_done makes a frame done', item=str),
-    Dial('resend_after', 1.0, 'lockstep: an unfinished frame is sent again after', 's',
-         0.05, 60.0),
+    WAIT_FOR,
+    RESEND_AFTER,
     Dial('paused', False, 'no frames while true'),
     Dial('publish_clock', False, 'publish the simulation time on /clock', fixed=True),
     Dial('speed', 6.0, 'wind speed', 'm/s', 0.0, 200.0),
@@ -76,7 +85,9 @@ PHYSICS = (
     Dial('step_safety', 0.9, 'step as a share of the largest stable one', '', 0.01, 1.0),
     Dial('substeps_limit', 1000, 'steps per frame at most; beyond, the cloth is made softer',
          '', 1, 100000),
-    Dial('stretch_limit', 1.0, 'greatest strain from the hoist to any node', '', 0.0, 1e6),
+    Dial('stretch_limit', 1.0,
+         'greatest strain from the hoist to any node; 1: the cloth may double its length', '',
+         0.0, 1e6),
     Dial('precision', 'float64', 'of the numbers inside; float32 is twice as fast, to 0.1 mm',
          choices=('float64', 'float32')),
     Dial('pole_collision', False, 'keep the cloth out of the pole'),
@@ -154,13 +165,10 @@ RECORDER = (
 PLAYER = (
     Dial('path', '', 'the bag that is played', fixed=True),
     Dial('topics', [], 'topics to play; none: parameters, or else vertices', item=str),
-    Dial('pace', 'realtime', 'realtime: by the clock; lockstep: as fast as every frame is done',
-         choices=('realtime', 'lockstep'), fixed=True),
+    replace(PACE, fixed=True),
     Dial('rate', 1.0, 'realtime: how much faster than it was', '', 0.01, 1000.0, fixed=True),
-    Dial('wait_for', ['renderer'], 'nodes whose frame_done makes a frame done', item=str,
-         fixed=True),
-    Dial('resend_after', 1.0, 'lockstep: an unfinished frame is sent again after', 's',
-         0.05, 60.0, fixed=True),
+    replace(WAIT_FOR, fixed=True),
+    replace(RESEND_AFTER, fixed=True),
 )
 
 NODES = {

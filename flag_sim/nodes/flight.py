@@ -64,6 +64,17 @@ class Flight:
         del self._frames[stamp]
         return True
 
+    def wait_for(self, consumers):
+        """
+        Let the frames in flight be done when all `consumers` say so, from now on.
+
+        Who has said so already is asked again with the frame's next copy.
+        """
+        for frame in self._frames.values():
+            frame.waiting_for = set(consumers)
+        if not consumers:
+            self.clear()
+
     def overdue(self, now, after):
         """Return the oldest frame if it last left more than `after` s before `now`, or None."""
         frame = self.oldest

@@ -21,6 +21,7 @@ on are owed: they are served one after another, and one that was lost is waited 
 is sent again. In real time nothing is owed (`oldest` is the frame itself) and gaps are passed.
 """
 import enum
+import time
 from typing import NamedTuple
 
 
@@ -31,6 +32,16 @@ class Tag(NamedTuple):
     take: int    # later takes have greater numbers; None: unknown, ordered by stamp alone
     index: int   # 0 is the first frame of the take
     oldest: int  # index of the oldest frame that may still be waited for
+
+
+def next_take(take):
+    """
+    Return the number of a new take after `take`; 0: after none.
+
+    It is the wall clock's [ns], so that it is greater across restarts of the sender too, unless
+    that clock was set back meanwhile.
+    """
+    return max(take + 1, time.time_ns())
 
 
 class Arrival(enum.Enum):

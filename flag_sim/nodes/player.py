@@ -17,7 +17,7 @@ import sys
 import time
 
 from flag_sim.nodes.bag import RecordedTopics
-from flag_sim.nodes.delivery import Delivery
+from flag_sim.nodes.delivery import check_delivery, Delivery
 from flag_sim.nodes.dials import PLAYER
 from flag_sim.nodes.frames import Tag
 from flag_sim.nodes.life import run
@@ -55,9 +55,8 @@ class Player(DialNode):
                                f'{self.values["pace"]}')
 
     def check(self, values):
-        """Refuse a lockstep with nobody."""
-        if values['pace'] == 'lockstep' and not values['wait_for']:
-            raise ValueError('pace lockstep needs at least one node in wait_for')
+        """Refuse frames that would never be done."""
+        check_delivery(values)
 
     def _chosen(self):
         """Return the names of the topics that are played."""

@@ -18,29 +18,48 @@ from flag_sim.animation.wind import Passage, wind_vector
 from flag_sim.nodes.keys import WIND_KEYED
 import numpy as np
 
+DIALS = (*WIND_KEYED, 'gust.length', 'gust.seed')
+"""The wind node's dials that the weather is made of."""
+
 
 class Weather:
     """
     The wind of the dials `values` {name: value} and a Timeline, from a moment on.
 
-    start: that moment [s]; passed: how far the wind had gone by then [m], so that a dial that is
-    turned while the wind blows changes no gust that is already in the air.
+    start: that moment [s]; passed: how far the wind had carried its gusts by then [m]. Where gusts
+    are off from end to end nothing is carried, and the distance stays what it was.
     """
 
     def __init__(self, values, timeline, start=0.0, passed=0.0):
-        self._values = dict(values)
+        self._values = {name: values[name] for name in DIALS}
         self._timeline = timeline
         self._gusts = Gusts(values['gust.length'], values['gust.seed'])
+        self._start_passed = passed
         self._passage = Passage(lambda time: self._value('speed', time), start, passed)
+        track = timeline.tracks.get('wind.gust.intensity')
+        # No law leads beyond its keys.
+        self._has_gusts = any(track.values) if track else values['gust.intensity'] > 0.0
 
-    def passed(self, time):
-        """Return how far the wind has gone at `time` [s]: [m]."""
-        return self._passage.at(time)
+    def turned(self, values, timeline, now):
+        """
+        Return the weather from `now` [s] on, by other dials and keys; this one if it has the same.
+
+        The gusts that are in the air stay where they are.
+        """
+        if timeline is self._timeline and all(values[n] == self._values[n] for n in DIALS):
+            return self
+        return Weather(values, timeline, now, self._passed(now))
+
+    def _passed(self, time):
+        """Return how far the wind has carried its gusts at `time` [s]: [m]."""
+        return self._passage.at(time) if self._has_gusts else self._start_passed
 
     def at(self, time):
         """Return the wind's velocity (3,) [m/s] at `time` [s]."""
         speed, azimuth, elevation, intensity = (self._value(name, time) for name in WIND_KEYED)
-        gust = intensity * self._gusts.at(self.passed(time)) if intensity > 0.0 else np.zeros(3)
+        # Also while a keyed intensity is 0, lest the first gust has a long way to catch up.
+        passed = self._passed(time)
+        gust = intensity * self._gusts.at(passed) if intensity > 0.0 else np.zeros(3)
         return wind_vector(speed, azimuth, elevation, gust)
 
     def _value(self, name, time):

@@ -21,9 +21,9 @@ from flag_sim.nodes import keys, messages
 from flag_sim.nodes.animation import AnimationNode
 from flag_sim.nodes.autokey import Autokey
 from flag_sim.nodes.clock import FrameClock
-from flag_sim.nodes.delivery import Delivery
+from flag_sim.nodes.delivery import check_delivery, Delivery
 from flag_sim.nodes.dials import WIND
-from flag_sim.nodes.frames import Tag
+from flag_sim.nodes.frames import next_take, Tag
 from flag_sim.nodes.life import run
 from flag_sim.nodes.readout import compute_time, OK, Readout, WARN
 from flag_sim.nodes.stopwatch import Stopwatch
@@ -56,6 +56,7 @@ class Wind(AnimationNode):
         self._reported, self._shown = Counter(), Counter()
         self._reset_since = None
         self._timer = None
+        self._take = 0
         self._begin_take()
         self._autokey = Autokey(self, self._now)
         subscribe(self, 'reset', self._on_reset)
@@ -74,16 +75,17 @@ class Wind(AnimationNode):
     # Parameters.
 
     def check(self, values):
-        """Refuse an animation that cannot be played, and a lockstep with nobody."""
-        if values['pace'] == 'lockstep' and not values['wait_for']:
-            raise ValueError('pace lockstep needs at least one node in wait_for')
+        """Refuse an animation that cannot be played, and frames that would never be done."""
+        check_delivery(values)
         super().check(values)
 
     def apply(self, changed):
         """Play on with the new values."""
         super().apply(changed)
         now = self._pacer.stamp / 1e9
-        self._weather = Weather(self.values, self.timeline, now, self._weather.passed(now))
+        self._weather = self._weather.turned(self.values, self.timeline, now)
+        if 'wait_for' in changed:
+            self._flight.wait_for(self.values['wait_for'])
         if 'rate' in changed:
             self._report_missed()
             self._pacer.change_rate(self.values['rate'])
@@ -98,7 +100,7 @@ class Wind(AnimationNode):
     # Time.
 
     def _begin_take(self):
-        self._take = time.time_ns()  # later takes have greater numbers, also across restarts
+        self._take = next_take(self._take)
         self._pacer = FrameClock(self.values['rate'])
         self._previous = -1  # stamp of the frame before [ns]; a key at 0 is crossed by frame 0
         self._flight.clear()

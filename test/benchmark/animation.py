@@ -86,7 +86,6 @@ def main():
     timeline = keys.read_timeline(values)
     weather = Weather(values, timeline)
     times = np.linspace(0.0, end, FRAMES).tolist()
-    weather.at(end)
     step = times[1]
     tag = Tag(0, 1, 0, 0)
     keyed, wind = keys.values_at(timeline, 1.0), weather.at(1.0)

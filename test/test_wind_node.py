@@ -1,0 +1,116 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The wind node in this process: resets, pauses and waiting, without a network."""
+import time
+
+from flag_sim.nodes import messages
+from flag_sim.nodes.frames import Arrival, FrameOrder
+from flag_sim.nodes.parameters import BadParameter
+from flag_sim.nodes.player import Player
+from flag_sim.nodes.wind import Wind
+import numpy as np
+import pytest
+import rclpy
+from rclpy.parameter import Parameter
+from std_msgs.msg import Empty
+
+
+class Bench:
+    """A wind, and what it sends; nothing is spun, every call is the whole of its work."""
+
+    def __init__(self, domain, *arguments):
+        given = [part for argument in arguments for part in ('-p', argument)]
+        self._ros = rclpy.init(domain_id=domain, args=['--ros-args', *given])
+        self.node = Wind()
+        self.frames = []  # (tag, wind)
+        publish = self.node._parameters_out.publish
+
+        def keep(message):
+            self.frames.append(messages.read_parameters(message)[:2])
+            publish(message)
+        self.node._parameters_out.publish = keep
+
+    def hear(self, topic, message):
+        """Let a message arrive."""
+        next(subscription for subscription in self.node.subscriptions
+             if subscription.topic_name == f'/{topic}').callback(message)
+
+    def put(self, **values):
+        """Set parameters as the service does."""
+        result = self.node.set_parameters_atomically(
+            [Parameter(name.replace('__', '.'), value=value) for name, value in values.items()])
+        assert result.successful, result.reason
+
+    def step(self, count=1):
+        """Let it send single frames; return the last one's (tag, wind)."""
+        for _ in range(count):
+            self.hear('step', Empty())
+        return self.frames[-1]
+
+    def __enter__(self):
+        """Return self."""
+        return self
+
+    def __exit__(self, *_):
+        """End the node."""
+        self.node.destroy_node()
+        self._ros.__exit__(*_)
+
+
+def test_a_reset_begins_a_later_take_although_the_wall_clock_was_set_back(domain, monkeypatch):
+    """Else every node would take its frames for late copies."""
+    order = FrameOrder()
+    with Bench(domain, 'paused:=true') as bench:
+        assert order.arrive(bench.step()[0], 'wind') is Arrival.RESTART
+        monkeypatch.setattr(time, 'time_ns', lambda: 0)
+        for _ in range(2):
+            bench.hear('reset', Empty())
+            assert order.arrive(bench.step()[0], 'wind') is Arrival.RESTART
+
+
+def test_what_is_not_the_winds_own_changes_no_gust(domain):
+    """A shot that was paused, and stepped through, has the wind of one that was not."""
+    gusty = ('paused:=true', 'gust.intensity:=0.3', 'tracks:=[wind.speed]',
+             'keys.wind.speed.times:=[0.0, 2.0]', 'keys.wind.speed.values:=[3.1, 12.7]')
+    winds = []
+    for disturbed in (False, True):
+        with Bench(domain, *gusty) as bench:
+            for _ in range(20):
+                bench.step(3)
+                if disturbed:
+                    bench.put(paused=False)
+                    bench.put(paused=True, resend_after=2.0)
+            winds.append(np.array([wind for _, wind in bench.frames]))
+    assert np.array_equal(*winds)
+    assert np.ptp(winds[0][:, 2]) > 0.1  # there are gusts
+
+
+def test_a_wrong_name_in_wait_for_can_be_mended_while_frames_wait(domain):
+    """Lockstep goes on with those that are waited for then."""
+    with Bench(domain, 'pace:=lockstep', 'wait_for:=[rendrer]') as bench:
+        bench.node._on_timer()
+        assert [tag.index for tag, _ in bench.frames] == [0]
+        bench.put(wait_for=['renderer'])
+        bench.hear('frame_done', messages.header(0, 'renderer'))
+        assert [tag.index for tag, _ in bench.frames] == [0, 1, 2, 3]
+
+
+@pytest.mark.parametrize('node', [Wind, Player])
+@pytest.mark.parametrize('name', ['wind', 'physics', 'player'])
+def test_who_never_says_frame_done_is_refused_at_the_start(domain, node, name):
+    """By the wind and the player alike, before the shot waits for ever."""
+    with rclpy.init(domain_id=domain, args=['--ros-args', '-p', f'wait_for:=[renderer, {name}]']):
+        with pytest.raises(BadParameter, match=f'recorder or your own; {name} sends none'):
+            node()
