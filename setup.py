@@ -27,7 +27,14 @@ EXECUTABLES = {
 
 # `ros2 run` looks in lib/flag_sim. setup.cfg sends colcon's executables there, but pip always
 # makes them in bin/: this script, installed in lib/flag_sim under each name, passes on to them.
-FORWARD = """#!/bin/sh
+# A `ros2` that is made of wheels in another environment hands down where its own libraries are,
+# and that they are found: ours would be taken from there.
+FORWARD = r"""#!/bin/sh
+if [ -n "$_ROS_WHEELS_BOOTSTRAP_COMPLETE" ]; then
+  unset _ROS_WHEELS_BOOTSTRAP_COMPLETE
+  LD_LIBRARY_PATH=$(printf %s "$LD_LIBRARY_PATH" | tr : '\n' \
+                    | grep -v '/site-packages/ros_[^/]*[.]libs$' | paste -sd : -)
+fi
 exec "$(dirname "$0")/../../bin/$(basename "$0")" "$@"
 """
 

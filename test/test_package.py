@@ -14,9 +14,11 @@
 
 """What package.xml, setup.py and CHANGELOG.rst say agrees with the code, and with one another."""
 import ast
+import os
 from pathlib import Path
 import re
 import runpy
+import subprocess
 import sys
 
 from catkin_pkg.changelog import get_changelog_from_path
@@ -108,6 +110,28 @@ def test_every_executable_is_a_module(setup):
                               command)
         assert module, command
         assert (ROOT / 'flag_sim' / f'{module[2].replace(".", "/")}.py').is_file()
+
+
+def test_a_ros2_of_wheels_hands_its_libraries_to_nobody(tmp_path):
+    """Where `ros2 run` finds the executables, their own libraries count, and what the user set."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(ROOT)
+        patch.setattr(setuptools, 'setup', lambda **arguments: None)
+        forward = runpy.run_path('setup.py')['FORWARD']
+    for path, script in (('lib/flag_sim/wind', forward), ('bin/wind', '#!/bin/sh\necho "$1"; env')):
+        (tmp_path / path).parent.mkdir(parents=True)
+        (tmp_path / path).write_text(script)
+        (tmp_path / path).chmod(0o755)
+    own = '/opt/mine/lib'
+    theirs = '/venv/lib/python3.11/site-packages/ros_kilted_rclpy.libs'
+    for given, left in ((f'{theirs}:{own}:{theirs}', own), (theirs, ''), (own, own)):
+        said = subprocess.run(
+            [tmp_path / 'lib/flag_sim/wind', 'an argument'], check=True, capture_output=True,
+            text=True, env={'PATH': os.environ['PATH'], 'LD_LIBRARY_PATH': given,
+                            '_ROS_WHEELS_BOOTSTRAP_COMPLETE': '1'}).stdout.splitlines()
+        assert said[0] == 'an argument'
+        assert f'LD_LIBRARY_PATH={left}' in said
+        assert not [line for line in said if line.startswith('_ROS_WHEELS')]
 
 
 def test_every_config_is_installed(setup):
