@@ -15,6 +15,8 @@
 """A timeline: many tracks and named events under one clock, once or again and again."""
 import bisect
 
+from flag_sim.animation.tracks import SAME
+
 SHORTEST_ROUND = 1e-3  # of a loop [s]: a frame goes through all of its rounds
 
 
@@ -50,22 +52,31 @@ class Timeline:
         return self.tracks[name].at(self.local(time))
 
     def local(self, time):
-        """Return the time within a round [s]: time itself where nothing loops."""
-        return time % self.length if self.loop else time
+        """
+        Return the time within a round [s]: time itself where nothing loops.
+
+        The end of a round is the begin of the next.
+        """
+        if not self.loop:
+            return time
+        local = time % self.length
+        return local if local + SAME < self.length else 0.0
 
     def crossed(self, after, until):
         """
         Return [(time [s], name)] of the keys and events in (after, until] [s], in their order.
 
         In a loop the end of one round is the begin of the next: what lies on both counts once.
+        What is within SAME of an edge is at it.
         """
         found = []
         for lap in self._laps(after, until):
             begin = lap * self.length
             # Compared is the mark's own time, lap and all, which is the same for every frame:
             # one rounding more and frames at the end of a round would lose or double marks.
-            first, last = (bisect.bisect_right(self._times, edge, key=lambda time: begin + time)
-                           for edge in (after, until))
+            first, last = (
+                bisect.bisect_right(self._times, edge + SAME, key=lambda time: begin + time)
+                for edge in (after, until))
             found += [(begin + time, name) for time, name in self._marks[first:last]
                       if lap == 0 or time > 0.0 or name not in self._at_end]
         return found

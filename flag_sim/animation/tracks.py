@@ -20,6 +20,14 @@ import math
 from flag_sim.animation.laws import HOLDS, LAWS, monotone_slopes
 import numpy as np
 
+SAME = 2e-9
+"""
+A key that is no more than this [s] after a moment is at that moment.
+
+Stamps are whole nanoseconds: a frame at n / 30 s may be stamped half a nanosecond before a key
+that is at n / 30 s. After a month, float64 adds as much to times and to the rounds of a loop.
+"""
+
 
 class Track:
     """
@@ -98,8 +106,8 @@ class Track:
 
         At a key it is exactly the key's value; a vector comes as a list (k,).
         """
-        k = bisect.bisect_right(self.times, time) - 1
-        if k < 0 or k == len(self.times) - 1 or self.times[k] == time:
+        k = bisect.bisect_right(self.times, time + SAME) - 1
+        if k < 0 or k == len(self.times) - 1 or time <= self.times[k]:
             return self.values[max(k, 0)]
         if self.laws[k] == 'step':
             return self.values[k]

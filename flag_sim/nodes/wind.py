@@ -102,7 +102,8 @@ class Wind(AnimationNode):
     def _begin_take(self):
         self._take = next_take(self._take)
         self._pacer = FrameClock(self.values['rate'])
-        self._previous = -1  # stamp of the frame before [ns]; a key at 0 is crossed by frame 0
+        # Stamp of the frame before [ns]; negative, so that a key at 0 is crossed by frame 0.
+        self._previous = -10
         self._flight.clear()
         self._weather = Weather(self.values, self.timeline)
 
