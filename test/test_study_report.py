@@ -13,11 +13,12 @@
 # limitations under the License.
 
 """A whole study of a few seconds, from the command to the report, and what can go wrong."""
+import os
 import re
 
 from flag_sim.study import __main__ as study
 from flag_sim.study import convergence, dials, frontier, horizon, longrun, methods, plots
-from flag_sim.study import reference, scene, settings
+from flag_sim.study import machine, reference, scene, settings
 from flag_sim.study.store import MARK
 import numpy as np
 import pytest
@@ -111,11 +112,42 @@ def test_without_matplotlib_there_are_tables(small, tmp_path, monkeypatch):
 
 
 def test_a_busy_machine_is_reported(small, tmp_path, monkeypatch):
-    """With the load that was measured."""
-    monkeypatch.setattr(study.machine, 'load', lambda: 7.25)
+    """With how much it was; a machine that does not tell is not called busy."""
     monkeypatch.setattr(study, 'PARTS', ())
-    assert run(tmp_path / 'study') == 0
-    assert 'busy with something else (load 7.25' in (tmp_path / 'study/report.md').read_text()
+    monkeypatch.setattr(study.machine, 'cores', lambda: 4)  # a quarter of them is 1
+    for others, words in ((1.25, 'busy with something else (it took 1.25 processors'),
+                          (0.1, 'processors kept busy by others | 0.10'),
+                          (None, 'processors kept busy by others | –')):
+        monkeypatch.setattr(study.machine.Watch, 'others', lambda self, others=others: others)
+        assert run(tmp_path / 'study') == 0
+        text = (tmp_path / 'study/report.md').read_text()
+        assert words in text and ('busy with' in text) == (others == 1.25)
+
+
+def test_work_of_others_is_told_from_ones_own(monkeypatch):
+    """Two of three processors, each four parts of ten at work, and half of one by this process."""
+    ticks = os.sysconf('SC_CLK_TCK')
+    monkeypatch.setattr(machine.os, 'sched_getaffinity', lambda pid: {0, 3})
+    monkeypatch.setattr(machine.os, 'times', lambda: (seconds * 0.4, seconds * 0.1, 0.0, 0.0, 0.0))
+    monkeypatch.setattr(machine.time, 'monotonic', lambda: seconds)
+    # user, nice, system, idle, iowait, irq, softirq, steal; a guest's time is user's already.
+    monkeypatch.setattr(machine.Path, 'read_text', lambda path: '\n'.join(
+        ['cpu ' + '999999 ' * 10, 'intr 1 2 3'] + [
+            f'cpu{number} ' + ' '.join(f'{round(part * seconds * ticks)}' for part in (
+                0.1, 0.1, 0.1, 0.5, 0.1, 0.0, 0.0, 0.1, 0.1, 0.0)) for number in (0, 1, 3)]))
+    seconds = 10.0
+    watch = machine.Watch()
+    seconds = 20.0
+    assert watch.others() == pytest.approx(2 * 0.4 - 0.5)
+
+
+def test_a_system_that_does_not_tell_of_others(monkeypatch):
+    """Not even that nobody was there is known then."""
+    def refuse(path):
+        raise FileNotFoundError(path)
+
+    monkeypatch.setattr(machine.Path, 'read_text', refuse)
+    assert machine.Watch().others() is None
 
 
 @pytest.mark.parametrize('minutes', ['0', '-1', 'nan', 'inf', 'two'])

@@ -15,11 +15,11 @@
 """Measured limits against eigenvalues and bounds, outcomes of known cases, maps that resume."""
 import math
 
-from flag_sim.cloth import Material
+from flag_sim.cloth import Cloth, Material
 from flag_sim.cloth.forces import Forcing
 from flag_sim.cloth.model import Model
 from flag_sim.nodes.dials import NODES
-from flag_sim.study import breaking, limits, maps, plots, stability
+from flag_sim.study import breaking, limits, maps, plots, shot, stability
 from flag_sim.study.store import Store
 import numpy as np
 import pytest
@@ -117,8 +117,8 @@ def test_the_maps_go_to_the_ends_of_the_dials():
     assert (0.0, stability.STIFFNESS.high) == span('stiffness')
     assert (0.0, stability.SPEED.high) == span('speed')
     assert (0.0, stability.DAMPING.high) == span('damping')
-    assert 1.0 / stability.FRAME_TIME.low == pytest.approx(dials['rate'].high)
-    assert 1.0 / stability.FRAME_TIME.high == pytest.approx(dials['rate'].low)
+    assert (shot.LEAST_HZ, shot.MOST_HZ) == span('rate')
+    assert shot.MAX_GAP == dials['max_gap'].default
     limpest, stiffest = (stability.light_and_stiff(end) for end in (
         stability.RATIO.low, stability.RATIO.high))
     assert (stiffest.area_density, limpest.area_density) == pytest.approx(span('area_density'))
@@ -127,6 +127,14 @@ def test_the_maps_go_to_the_ends_of_the_dials():
     assert (middle.stiffness, middle.area_density) == pytest.approx((1000.0, 0.2))
     for axis in (stability.RATIO, stability.STIFFNESS, stability.DAMPING, stability.SPEED):
         assert axis.values(0)[0] == 0.0 and axis.values(0)[-1] == pytest.approx(axis.high)
+
+
+def test_a_cloth_by_default_hangs_as_the_dials_hang_it():
+    """Cloth may not know of poles, so that its size and place are written twice: here held."""
+    cloth = Cloth()
+    assert cloth.hoist_top == pytest.approx(breaking.HOIST_TOP)
+    assert (cloth.mesh.length, cloth.mesh.width) == pytest.approx(
+        (breaking.LENGTH, breaking.WIDTH))
 
 
 @pytest.mark.parametrize('chart', [one for one in stability.MAPS if one.is_raw],

@@ -84,7 +84,34 @@ def test_a_rate_that_cannot_be_met_is_told(tmp_path, monkeypatch):
     """The cheapest is written, with what it misses."""
     monkeypatch.setattr(search.Search, '_cost', staticmethod(lambda rows: 50.0))
     assert run(tmp_path, 20.0) == 1
-    assert 'at 30 Hz: MISSED by 17 ms' in (tmp_path / 'tuned.yaml').read_text()
+    assert ': MISSED by 23 ms' in (tmp_path / 'tuned.yaml').read_text()
+
+
+def test_a_rate_is_kept_with_room_for_slower_moments(tmp_path, monkeypatch):
+    """30 ms of the 33.3 are too much: the cheaper settings are taken, more wrong as they are."""
+    monkeypatch.setattr(search.Search, '_cost', staticmethod(
+        lambda rows: 30.0 if '13 x 9' in rows[0]['setting'] else 10.0))
+    assert run(tmp_path, 1e-6) == 1
+    text = (tmp_path / 'tuned.yaml').read_text()
+    assert 'grid.columns: 7' in text and 'MISSED: other shots' in text
+    assert '30 % of the 33.3 ms at 30 Hz; 80 % are allowed' in text
+
+
+def test_what_proves_dear_in_the_check_is_not_taken(tmp_path, monkeypatch):
+    """A cost that holds in the shot to tune on only is none to promise."""
+    whole, columns = Trials.motion, []
+
+    def motion(self, settings, window):
+        row, positions = whole(self, settings, window)
+        is_check = self.reference.settings['gust.seed'] == search.OTHER_SEED
+        if is_check:
+            columns.append(settings['grid.columns'])
+        is_dear = is_check and settings['grid.columns'] == columns[0]
+        return {**row, 'physics_ms': 50.0 if is_dear else 1.0}, positions
+
+    monkeypatch.setattr(Trials, 'motion', motion)
+    assert run(tmp_path, 20.0) == 0
+    assert f'grid.columns: {columns[0]}' not in (tmp_path / 'tuned.yaml').read_text()
 
 
 def test_a_slow_method_does_not_end_the_search(tmp_path, monkeypatch):

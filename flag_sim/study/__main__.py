@@ -33,7 +33,7 @@ def main(args=None):
     parser.add_argument('--output', type=Path, default=Path('out/study'),
                         help='folder of what is made; one that was interrupted is gone on with')
     options = parser.parse_args(args)
-    load = machine.load()
+    watch = machine.Watch()
     try:
         store = Store(options.output, {'format': FORMAT, **machine.identity()})
     except ValueError as error:
@@ -45,7 +45,7 @@ def main(args=None):
     except KeyboardInterrupt:
         print('\ninterrupted; the same command goes on from here', file=sys.stderr)
         return 130
-    print(report.write(store, PARTS, options.minutes, load))
+    print(report.write(store, PARTS, options.minutes, watch.others()))
     return 0
 
 

@@ -20,16 +20,20 @@ Cloth.advance, which divides frames into steps, softens, and holds.
 """
 import math
 
+from flag_sim.animation.wind import wind_vector
 from flag_sim.cloth import Cloth, Diverged, Material
 from flag_sim.cloth.mesh import Mesh
 from flag_sim.cloth.model import Model
 from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.cloth.stability import damping_bound, frequency_bound
 from flag_sim.cloth.state import State
+from flag_sim.settings import hang_of
+from flag_sim.study.settings import defaults, WEATHER
 import numpy as np
 
 ROWS, COLUMNS = 9, 13
 """Of the flag: what breaks is the finest wave of a grid, which every grid has."""
+HOIST_TOP, LENGTH, WIDTH = hang_of(defaults())
 NOISE = 1e-3
 """Of the first positions, in parts of a cell: something for an unstable wave to grow from."""
 STEPS = 500
@@ -54,10 +58,10 @@ OUTCOMES = {
 
 def blowing(speed):
     """Return a wind of a speed [m/s], in the direction of the default shot."""
-    return (speed * math.cos(0.35), speed * math.sin(0.35), 0.0)
+    return tuple(wind_vector(speed, WEATHER['azimuth'], WEATHER['elevation']).tolist())
 
 
-def sheet(stiffness, area_density=0.2, damping=Material.damping):
+def sheet(stiffness, area_density=Material.area_density, damping=Material.damping):
     """
     Return a Material of a stiffness [N/m] and a mass [kg/m2] that keeps its proportions.
 
@@ -71,7 +75,7 @@ def sheet(stiffness, area_density=0.2, damping=Material.damping):
 
 def first_positions(mesh):
     """Return the cloth laid flat, with noise, but for its pins: (rows, columns, 3) [m]."""
-    rest = mesh.rest((0.05, 0.0, 8.9))
+    rest = mesh.rest(HOIST_TOP)
     noise = np.random.default_rng(1).normal(size=rest.shape)
     return rest + NOISE * mesh.dx * noise * mesh.grid(mesh.free)[..., None]
 
@@ -84,7 +88,7 @@ def largest_step(solver, material, mesh, drag=True):
 
 def small_mesh():
     """Return the mesh of all trials."""
-    return Mesh(ROWS, COLUMNS, 2.25, 1.5)
+    return Mesh(ROWS, COLUMNS, LENGTH, WIDTH)
 
 
 def raw(solver, material, forcing, dt, mesh, far=None):
@@ -113,7 +117,7 @@ def raw(solver, material, forcing, dt, mesh, far=None):
 
 def through_cloth(solver, material, wind, dt):
     """Return the worst that some frames of dt [s] show: STABLE, REACH, SOFTENED or HELD."""
-    cloth = Cloth(ROWS, COLUMNS, material=material, solver=solver)
+    cloth = Cloth(ROWS, COLUMNS, LENGTH, WIDTH, HOIST_TOP, material=material, solver=solver)
     cloth.place(first_positions(cloth.mesh))
     seen = {STABLE}
     frames = taken = 0

@@ -36,11 +36,11 @@ class Budget:
         return self._end - self._clock()
 
     def allows(self, seconds=0.0):
-        """Tell whether something that takes some seconds may still begin."""
+        """Return whether something that takes some seconds may still begin."""
         return self.left() > seconds
 
     def say(self, text):
-        """Tell the user how far the part has come."""
+        """Print how far the part has come."""
         print(f'{self.name} ({max(self.left(), 0.0):.0f} s left): {text}',
               file=self._out or sys.stderr, flush=True)
 

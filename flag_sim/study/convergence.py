@@ -15,7 +15,7 @@
 """Part: how exact the references themselves are, which says what they can rank."""
 from flag_sim.cloth import Diverged
 from flag_sim.cloth.mesh import resample
-from flag_sim.settings import cloth_of
+from flag_sim.settings import cloth_of, hang_of
 from flag_sim.study import error, plots as drawing, report, scene, summary
 from flag_sim.study.reference import WINDOW
 import numpy as np
@@ -66,7 +66,8 @@ def _add(store, number, grid, step, solver='symplectic'):
         return
     own = scene.trials(store.folder)
     reference, window = own.reference, own.reference.window(number)
-    settings = reference.grid(*grid, step_safety=0.9 * step, solver=solver)
+    safety = step * reference.settings['step_safety']
+    settings = reference.grid(*grid, step_safety=safety, solver=solver)
     is_finer = grid == grids()[1]
     if is_finer:
         cloth = cloth_of(settings)
@@ -91,7 +92,7 @@ def _add(store, number, grid, step, solver='symplectic'):
 
 
 def _order(rows):
-    """Say how fast the error falls with the spacing."""
+    """Return in words how fast the error falls with the spacing."""
     coarse, fine = (error.rms([row['rms_mm'] for row in _of(rows, columns)])
                     for columns in COLUMNS[-2:])
     return (f'Half the spacing, from {COLUMNS[-2]} to {COLUMNS[-1]} columns, divides the error by '
@@ -160,7 +161,7 @@ def plots(rows, folder):
     """Draw the error over the spacing of the nodes."""
     grids = {columns: error.rms([row['rms_mm'] for row in _of(rows, columns)])
              for columns in COLUMNS if _of(rows, columns)}
-    spacing = 2250.0 / (np.array(list(grids)) - 1)
+    spacing = 1e3 * hang_of(scene.BASE)[1] / (np.array(list(grids)) - 1)
     with drawing.figure(folder / 'convergence.png') as (_, axes):
         axes.loglog(spacing, list(grids.values()), 'o-', label='symplectic')
         seed = [summary.total(_of(rows, columns, solver='seed'), 'rms_mm') for columns in grids]

@@ -44,7 +44,7 @@ def draw(path, terms):
 def pair(term):
     """Return both pictures, side by side with a gap, (height, ..., 3) uint8; white if diverged."""
     settings = settings_of(term, SHOTS[term.shots[-1]])
-    pairs = Pairs(*settings, term.nudge)
+    pairs = Pairs(*settings, term.nudge, term.remake)
     found = []
     for one, positions in zip(settings, pairs.ends(pairs.starts(1)[0], APART)):
         height, width = (one[side] // SHRUNK for side in ('height', 'width'))

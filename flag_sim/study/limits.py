@@ -15,7 +15,7 @@
 """How much longer than the bound of theory each method's longest stable step truly is."""
 import math
 
-from flag_sim.cloth import Air
+from flag_sim.cloth import Air, Material
 from flag_sim.cloth.forces import Forcing
 from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.study import breaking, report
@@ -37,10 +37,10 @@ FORCINGS = {
     'wind 40 m/s': Forcing(breaking.blowing(40.0)),
 }
 MATERIALS = {
-    'undamped': breaking.sheet(1000.0, damping=0.0),
-    'default': breaking.sheet(1000.0),
-    'critically damped': breaking.sheet(1000.0, damping=1.0),
-    'overdamped': breaking.sheet(1000.0, damping=100.0),
+    'undamped': breaking.sheet(Material.stiffness, damping=0.0),
+    'default': breaking.sheet(Material.stiffness),
+    'critically damped': breaking.sheet(Material.stiffness, damping=1.0),
+    'overdamped': breaking.sheet(Material.stiffness, damping=100.0),
 }
 
 

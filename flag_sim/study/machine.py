@@ -17,6 +17,7 @@ import functools
 import os
 from pathlib import Path
 import platform
+import time
 
 from flag_sim.kernels import fingerprint
 import numba
@@ -50,6 +51,48 @@ def versions():
             f'numpy {np.__version__}, {platform.system()} {platform.release()}')
 
 
-def load():
-    """Return how many processes wanted a processor in the last minute, on average."""
-    return os.getloadavg()[0]
+BUSY = 0.25
+"""Part of the processors' time above which others disturb times too often for a median."""
+
+
+class Watch:
+    """
+    What others do on this process' processors while it measures.
+
+    Not the load average, which a minute later still tells of what has ended before.
+    """
+
+    def __init__(self):
+        self._begin = _used()
+
+    def others(self):
+        """Return how many processors others kept busy on average; None where Linux is not."""
+        now = _used()
+        if self._begin is None or now is None:
+            return None
+        elapsed, busy, own = (end - begin for begin, end in zip(self._begin, now))
+        return max(0.0, busy - own) / elapsed
+
+
+def is_busy(others):
+    """Return whether others disturbed the times; what is not known did not."""
+    return others is not None and others > BUSY * cores()
+
+
+def _used():
+    """
+    Return seconds now [s]: by the clock, of work on this process' processors, and its own work.
+
+    What a virtual machine's host took away (steal) counts as work too. None where the system does
+    not tell (see proc_stat(5)).
+    """
+    try:
+        lines = Path('/proc/stat').read_text().splitlines()
+    except OSError:
+        return None
+    names = {f'cpu{number}' for number in os.sched_getaffinity(0)}
+    # user, nice, system, idle, iowait, irq, softirq, steal
+    ticks = [[int(field) for field in line.split()[1:9]] for line in lines
+             if line.split()[0] in names]
+    busy = sum(sum(fields) - fields[3] - fields[4] for fields in ticks)
+    return time.monotonic(), busy / os.sysconf('SC_CLK_TCK'), sum(os.times()[:4])

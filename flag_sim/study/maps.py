@@ -27,16 +27,18 @@ BROKEN = {LETTERS[breaking.HELD], LETTERS[breaking.DIVERGING]}
 COLORS = {breaking.STABLE: '#f2f2f2', breaking.SOFTENED: '#56b4e9', breaking.REACH: '#f0e442',
           breaking.HELD: '#d55e00', breaking.DIVERGING: '#000000'}
 LINE = '#cc79a7'
+REFUSED = {'color': 'black', 'linestyle': ':', 'linewidth': 1.5}
+"""The line of max_gap."""
 LINE_LEVEL = 4
 """Of refinement, for the line."""
 
 
-def draw(path, chart, panels, bound):
+def draw(path, chart, panels, bound, longest=None):
     """
     Draw a map's panels {solver: rows, by y} to a file.
 
     bound(solver, x, y): how long a step may be in theory, over what it is there; drawn where it
-    is one.
+    is one. longest: the y [s] beyond which the physics node refuses frames, drawn if given.
     """
     columns = min(len(panels), 3 if len(panels) <= 6 else 4)
     rows = -(-len(panels) // columns)
@@ -46,6 +48,8 @@ def draw(path, chart, panels, bound):
         for axes, (solver, lines) in zip(grid.flat, panels.items()):
             seen |= _panel(axes, chart, lines)
             _theory(axes, chart, solver, bound)
+            if longest:
+                axes.axhline(math.log10(longest), **REFUSED)
             axes.set_title(solver)
         for axes in grid.flat[len(panels):]:
             axes.set_visible(False)
@@ -55,7 +59,7 @@ def draw(path, chart, panels, bound):
         for axes in grid[:, 0]:
             axes.set_ylabel(chart.y.label)
         figure.suptitle(chart.title)
-        _legend(figure, seen)
+        _legend(figure, seen, longest)
 
 
 def _panel(axes, chart, lines):
@@ -112,11 +116,14 @@ def _colors():
     return ListedColormap(list(COLORS.values()))
 
 
-def _legend(figure, seen):
-    """Name the outcomes that are seen, and the line."""
+def _legend(figure, seen, longest):
+    """Name the outcomes that are seen, and the lines."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
     handles = [Patch(facecolor=COLORS[outcome], edgecolor='#808080', label=text)
                for outcome, text in breaking.OUTCOMES.items() if outcome in seen]
     handles.append(Line2D([], [], color=LINE, linewidth=2.0, label='bound of theory'))
+    if longest:
+        handles.append(Line2D([], [], **REFUSED, label=(
+            f'max_gap ({longest:g} s): longer frames are refused by default')))
     figure.legend(handles=handles, loc='outside lower center', ncols=3, frameon=False)

@@ -51,13 +51,14 @@ class Pairs:
     Runs with and without a term that begin together.
 
     Where the run with the term has the finer grid, the other one, whose nodes are all among its
-    nodes, takes every second of its nodes.
+    nodes, takes every second of its nodes. nudge, remake: of the run without it (see Term).
     """
 
-    def __init__(self, on, off, nudge):
+    def __init__(self, on, off, nudge=0.0, remake=None):
         self.settings = (on, off)
         self.shots = (Shot(on), Shot(off))
         self.nudge = nudge
+        self.remake = remake
         self.every = (on['grid.columns'] - 1) // (off['grid.columns'] - 1)
 
     def frames(self, seconds):
@@ -77,6 +78,8 @@ class Pairs:
     def begin(self, which, start):
         """Return the cloth of one of both runs at a Start."""
         cloth = cloth_of(self.settings[which])
+        if which and self.remake:
+            cloth = self.remake(cloth)
         every = self.every if which else 1
         positions = start.positions[::every, ::every].copy()
         positions[:, 1:] += self.nudge * which

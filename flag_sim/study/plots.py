@@ -16,6 +16,7 @@
 import contextlib
 import importlib.util
 
+from flag_sim.cloth.solvers import SOLVERS
 import numpy as np
 
 MISSING = ("Plots are missing: matplotlib is not installed (pip install 'flag_sim[study]', or the "
@@ -23,7 +24,7 @@ MISSING = ("Plots are missing: matplotlib is not installed (pip install 'flag_si
 
 
 def can_draw():
-    """Tell whether matplotlib is installed."""
+    """Return whether matplotlib is installed."""
     return importlib.util.find_spec('matplotlib') is not None
 
 
@@ -62,7 +63,7 @@ def plain(*axes):
                 one.set_minor_formatter(FuncFormatter(lambda *_: ''))
 
 
-METHODS = ('symplectic', 'verlet', 'rk4', 'xpbd', 'euler', 'implicit', 'seed')
+METHODS = list(SOLVERS)
 
 
 def style(method):

@@ -99,7 +99,7 @@ class Reference:
         return round((SPIN_UP + number * SPACING) / self.shot.dt)
 
     def has(self, number):
-        """Tell whether a window is there already."""
+        """Return whether a window is there already."""
         return number in self._windows or bool(self.folder and self._path(number).exists())
 
     def window(self, number):

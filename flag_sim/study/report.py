@@ -17,17 +17,14 @@ import datetime
 
 from flag_sim.study import machine, plots
 
-BUSY = 0.5
-"""Load of others per core above which times are not to be trusted."""
 
-
-def write(store, parts, minutes, load):
+def write(store, parts, minutes, others):
     """
     Write report.md into the store's folder; return its path.
 
-    parts: modules (see parts); load: before the study began.
+    parts: modules (see parts); others: how many processors they kept busy meanwhile, or None.
     """
-    texts = [_head(minutes, load)]
+    texts = [_head(minutes, others)]
     for part in parts:
         rows = store.rows(part.NAME)
         if not rows:
@@ -67,16 +64,16 @@ def number(value):
     return f'{value:.3g}' if abs(value) < 1000.0 else f'{value:.0f}'
 
 
-def _head(minutes, load):
+def _head(minutes, others):
     """Return the title, the machine, and what to think of its times."""
     today = datetime.datetime.now().astimezone().strftime('%Y-%m-%d %H:%M %Z')
     lines = ['# What accuracy costs', '', table(['', ''], [
         ['date', today], ['machine', f'{machine.processor()}, {machine.cores()} cores'],
         ['with', machine.versions()], ['time given', f'{minutes:g} min'],
-        ['load before / after', f'{load:.2f} / {machine.load():.2f}']], 'll')]
-    if load > BUSY * machine.cores():
-        lines += ['', f'**This machine was busy with something else (load {load:.2f} before the '
-                      'study began): its times are longer than they need be.**']
+        ['processors kept busy by others', None if others is None else f'{others:.2f}']], 'll')]
+    if machine.is_busy(others):
+        lines += ['', f'**This machine was busy with something else (it took {others:.2f} '
+                      'processors on average): its times are longer than they need be.**']
     if not plots.can_draw():
         lines += ['', plots.MISSING]
     return '\n'.join(lines)

@@ -39,6 +39,12 @@ MOST_STEPS = 20000
 """Steps that the reference may take in a frame, some ten seconds."""
 DEARER = 2.0
 """How much dearer a candidate may be, by its work, than the cheapest good one to be tried."""
+FILL = 0.8
+"""
+Part of a frame's time that physics and drawing may take, one after the other.
+
+The rest is for what tune does not see: messages, and moments in which the machine is slower.
+"""
 CHOSEN = ('rate', 'grid.columns', 'grid.rows', 'damping', 'solver', 'substeps',
           'substeps_limit', 'step_safety', 'precision')
 """
@@ -99,7 +105,7 @@ class Search:
                 Reference(shot, frames, store.folder / part, FINEST), shot, frames)
         self._length = hang_of(self.settings)[1]
         self.candidates = self._candidates(nested(FINEST))
-        self.limit_ms = 1e3 / rate
+        self.limit_ms = FILL * 1e3 / rate
 
     def _candidates(self, grids):
         """Return {name: settings}, from cheap to dear by the work of a frame."""
@@ -117,18 +123,21 @@ class Search:
         """
         Return the Verdict, and the errors [px] of what it takes in the shot to check on.
 
-        Settings that fail the check are put aside, and the next best are checked.
+        Settings that prove more wrong or dearer in the check count as what they proved to be; the
+        best is then chosen anew, until it is one that has been checked.
         """
         options = {option.name: option for option in self._options(error_px)}
         while True:
             verdict = choice.choose(list(options.values()), error_px, self.limit_ms)
-            name, bound = verdict.option.name, verdict.option.error_px
-            errors = _errors(self._rows('check', name, CHECKS))
-            worse = max(bound, error.rms(errors), self._lasting(name))
-            if worse == bound or not verdict.is_fast:
+            option, name = verdict.option, verdict.option.name
+            rows = self._rows('check', name, CHECKS)
+            errors = _errors(rows)
+            checked = option._replace(
+                cost_ms=max(option.cost_ms, self._cost(rows)),
+                error_px=max(option.error_px, error.rms(errors), self._lasting(name)))
+            if checked == option or not verdict.is_fast:
                 return verdict, errors
-            # As bad as it was found to be, it may still be the best there is.
-            options[name] = verdict.option._replace(error_px=worse)
+            options[name] = checked
 
     def chosen(self, name):
         """Return {dial: value} of what is chosen with a candidate."""
@@ -191,7 +200,7 @@ class Search:
 
     @staticmethod
     def _hopeless(first, error_px):
-        """Tell whether one window is enough to know that settings are too inaccurate."""
+        """Return whether one window is enough to know that settings are too inaccurate."""
         return first[0]['rms_px'] is None or first[0]['rms_px'] > 3.0 * error_px
 
     @staticmethod

@@ -16,6 +16,11 @@
 from flag_sim.animation.gusts import Gusts
 from flag_sim.animation.wind import wind_vector
 
+LEAST_HZ, MOST_HZ = 0.01, 1000.0
+"""Rates that the wind node takes; a test holds them to its dial, which a study may not import."""
+MAX_GAP = 1.0
+"""Longest frame that the physics node simulates by default [s]; held by the same test."""
+
 
 class Shot:
     """

@@ -22,10 +22,13 @@ import math
 import time
 from typing import NamedTuple
 
+from flag_sim.cloth import Material
 from flag_sim.cloth.forces import Forcing
 from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.cloth.stability import Stepping
 from flag_sim.study import breaking, maps, report
+from flag_sim.study.settings import WEATHER
+from flag_sim.study.shot import LEAST_HZ, MAX_GAP, MOST_HZ
 
 NAME = 'stability'
 SHARE = 1.0
@@ -33,14 +36,14 @@ SHARE = 1.0
 LEVELS = 4
 """Of refinement; a level has FIRST * 2^level + 1 values along each axis, and zero."""
 FIRST = 6
-WIND = 6.0
+WIND = WEATHER['speed']
 """Of the maps without an axis for it [m/s]."""
 RAW_STEP = 1e-3
 """Of the raw map of wind against stiffness [s]."""
-FRAME = 1.0 / 30.0
+FRAME = 1.0 / WEATHER['rate']
 """Of the same map through Cloth [s]."""
 
-DEFAULT = (1e3, 0.2)
+DEFAULT = (Material.stiffness, Material.area_density)
 LIMPEST, STIFFEST = (1e-3, 1e6), (1e9, 1e-6)
 """(stiffness [N/m], area density [kg/m2]): by default, and as far as the dials go from there."""
 
@@ -98,7 +101,7 @@ STIFFNESS = Axis('stiffness [N/m]', 1e-3, 1e9, True)
 DAMPING = Axis('damping ratio [-]', 1e-3, 1e6, True)
 SPEED = Axis('wind [m/s]', 0.1, 200.0, True)
 STEP = Axis('step [s]', 1e-9, 100.0)
-FRAME_TIME = Axis('frame time [s]', 1e-3, 100.0)
+FRAME_TIME = Axis('frame time [s]', 1.0 / MOST_HZ, 1.0 / LEAST_HZ)
 
 
 def _by_ratio(x, y):
@@ -198,7 +201,8 @@ def plots(rows, folder):
         if panels:
             file = f'stability-{chart.name}.png'
             maps.draw(folder / file, chart, panels,
-                      lambda solver, x, y, chart=chart: bound(chart, solver, x, y, mesh))
+                      lambda solver, x, y, chart=chart: bound(chart, solver, x, y, mesh),
+                      MAX_GAP if chart.y is FRAME_TIME else None)
             drawn.append((file, SEEN[chart.name]))
     return drawn
 
@@ -209,7 +213,7 @@ SEEN = {
              'line, where cloth is limp or light, because its drag is explicit.',
     'frames': 'Above the line the cloth is softened (blue) and stays bounded; cloth too limp to '
               'carry itself hangs at stretch_limit (yellow). Only euler and seed lose frames '
-              '(orange).',
+              '(orange). The physics node takes no frame above the dotted line by default.',
     'damping-steps': 'From a damping ratio of about 0.1 the dashpots, not the springs, set the '
                      'step, and the measured border bends down with the line. Seed hardly bends: '
                      'its dashpots are too weak by the factor of the step.',
@@ -273,7 +277,7 @@ euler's undamped waves needs more steps to be seen.
 "Frames": what a user gets of {breaking.FRAMES} frames or more, until they have {breaking.STEPS}
 steps, with at most {Stepping().substeps_limit} steps a frame. Nothing diverges there: a frame
 that did is refused (Diverged), and the cloth stays where it was. The physics node adds max_gap:
-by default it simulates no frame longer than 1 s.
+by default it simulates no frame longer than {MAX_GAP:g} s (dotted line).
 
 The line is the bound that the planner uses: below it theory promises stability (for frames: with
 {Stepping().substeps_limit} steps at a step_safety of {Stepping().step_safety:g}, so that nothing

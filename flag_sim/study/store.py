@@ -68,7 +68,7 @@ class Store:
         return self._rows[part]
 
     def has(self, part, key):
-        """Tell whether a part has the row of a key."""
+        """Return whether a part has the row of a key."""
         return any(row['key'] == key for row in self.rows(part))
 
     def add(self, part, row):

@@ -20,8 +20,11 @@ import numpy as np
 
 WORTH = 0.1
 """Part of an error that makes a difference."""
-SAME = 0.05
-"""Part of a cost that makes none: medians of the same work differ by so much."""
+SURE = 2.0
+"""Standard deviations by which two costs must differ to count as two: 1 of 20 pairs errs."""
+
+QUARTILE = 0.6745
+"""Of the standard normal distribution: half of all values are nearer to zero."""
 
 
 def grouped(rows, *columns):
@@ -76,18 +79,60 @@ def whole(rows, *columns):
     return [row for row in rows if row['turn'] in full] if full else rows
 
 
-def frontier(points):
+def leveled(rows, *columns):
+    """
+    Return rows whose times are cleared of what is common to all settings in a turn.
+
+    rows: of turns that all settings took; columns: of times. A turn in which the machine was slow
+    for all says nothing on their order.
+    """
+    logs = _logs(rows, *columns)
+    if not len(logs):
+        return rows
+    common = np.exp(np.median(logs - np.median(logs, axis=1, keepdims=True), axis=0))
+    factors = dict(zip(grouped(rows, 'turn'), common))
+    return [{**row, **{column: row[column] and float(row[column] / factors[row['turn']])
+                       for column in columns}} for row in rows]
+
+
+def resolution(rows, *columns):
+    """
+    Return the part of a cost by which the medians of two settings must differ to be told apart.
+
+    rows: leveled; the cost is the sum of the columns. The logarithm of a time scatters by s from
+    turn to turn. So two turns of one setting differ by sqrt(2) s, in the median by QUARTILE times
+    that, which a few disturbed frames do not move. A median of n turns has the standard error
+    sqrt(pi / 2) s / sqrt(n), the difference of two medians sqrt(2) times that.
+    """
+    logs = _logs(rows, *columns)
+    count = logs.shape[1]
+    one, other = np.triu_indices(count, 1)
+    if not len(one) * len(logs):
+        return 0.0
+    scatter = np.median(np.abs(logs[:, one] - logs[:, other])) / (QUARTILE * math.sqrt(2.0))
+    return math.expm1(SURE * math.sqrt(math.pi / count) * scatter)
+
+
+def _logs(rows, *columns):
+    """Return logarithms of the sum of columns: (settings, turns), of whom none diverged."""
+    found = [[sum(row[column] for column in columns) for row in some]
+             for some in grouped(rows, 'setting').values()
+             if not any(row[column] is None for row in some for column in columns)]
+    return np.log(np.array(found).reshape(len(found), -1 if found else 0))
+
+
+def frontier(points, same):
     """
     Return the indices of points (cost, error) that no other beats in both, by their cost.
 
-    Costs less than the part SAME apart count as equal: the chances of timing, not the settings,
-    would decide which is the cheaper. A dearer point must lower the error by at least the part
-    WORTH of it: less is not worth a place.
+    Costs less than the part `same` apart count as equal (see resolution): the chances of timing,
+    not the settings, would decide which is the cheaper. A dearer point must lower the error by at
+    least the part WORTH of it: less is not worth a place.
     """
     best, found = math.inf, []
     for index in sorted(range(len(points)), key=lambda i: points[i]):
         cost, wrong = points[index]
-        beaten = any(other < wrong and cost <= dearer <= (1.0 + SAME) * cost
+        beaten = any(other < wrong and cost <= dearer <= (1.0 + same) * cost
                      for dearer, other in points)
         if wrong < best and not beaten:
             best = (1.0 - WORTH) * wrong

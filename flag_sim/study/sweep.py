@@ -49,14 +49,14 @@ def own_px(store):
 
 def summarised(rows, turns=None):
     """
-    Return {setting: numbers} over the turns that all settings took.
+    Return {setting: numbers} over the turns that all settings took, their times leveled.
 
     cost_ms, physics_ms, drawing_ms: (lower quartile, median, upper quartile), the first of both
     together; None if it always diverged. Of the first `turns`, or all: rms_px, rms_mm over them,
     worst_px and worst_mm of all, and means of the others.
     """
     found = {}
-    for name, some in summary.grouped(summary.whole(rows, 'setting'), 'setting').items():
+    for name, some in summary.grouped(_leveled(rows), 'setting').items():
         first = some[:turns]
         found[name] = {
             'cost_ms': summary.quartiles(some, *COST),
@@ -67,19 +67,29 @@ def summarised(rows, turns=None):
     return found
 
 
+def resolution(rows):
+    """Return the part by which costs of a frame must differ to be told apart in these rows."""
+    return summary.resolution(_leveled(rows), *COST)
+
+
+def _leveled(rows):
+    return summary.leveled(summary.whole(rows, 'setting'), *COST)
+
+
 def own_of(rows):
     """Return the least of the reference's own errors [px] that were known."""
     return min(row['own_px'] for row in rows)
 
 
 def noise(rows):
-    """Say in words how far times spread, None where they are quiet."""
-    wide = [(high - low) / middle for low, middle, high in (
-        one['cost_ms'] for one in summarised(rows).values() if one['cost_ms'])]
-    wide.sort()
+    """Return in words how far times spread."""
+    found = [summary.quartiles(some, *COST) for some in summary.grouped(
+        summary.whole(rows, 'setting'), 'setting').values()]
+    wide = sorted((one[2] - one[0]) / one[1] for one in found if one)
     typical = wide[len(wide) // 2]
     if typical <= 0.15:
-        return (f'Times are medians over the windows, all settings in turn; their quartiles are '
-                f'{100 * typical:.0f} % apart in the median setting.')
+        return (f'Times are medians over the windows, all settings in turn, cleared of what is '
+                f'common to a turn; before, their quartiles are {100 * typical:.0f} % apart in '
+                'the median setting.')
     return (f'**The machine was noisy: the quartiles of the times are {100 * typical:.0f} % apart '
             'in the median setting.** Compare only times that differ by more.')

@@ -27,7 +27,7 @@ MILLI = 1e3
 TIMED = 3
 """Frames whose median time counts."""
 MOST_DB = 99.0
-"""Given for pictures that are equal, whose PSNR is infinite."""
+"""Of pictures that are equal, whose PSNR is infinite."""
 
 
 class Trials:

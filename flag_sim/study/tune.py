@@ -20,15 +20,13 @@ from pathlib import Path
 import shutil
 import sys
 
-from flag_sim.study import error, machine, params, report
+from flag_sim.study import error, machine, params
 from flag_sim.study.arguments import positive
 from flag_sim.study.reference import WINDOW
-from flag_sim.study.search import require, Search
+from flag_sim.study.search import FILL, require, Search
 from flag_sim.study.settings import changed, defaults
+from flag_sim.study.shot import MOST_HZ
 from flag_sim.study.store import Store
-
-MOST_HZ = 1000.0
-"""Greatest rate that the wind node takes."""
 
 
 def main(args=None):
@@ -41,7 +39,7 @@ def main(args=None):
     parser.add_argument('--params-file', type=Path,
                         help='params file with your camera, image size, flag and wind')
     options = parser.parse_args(args)
-    load = machine.load()
+    watch = machine.Watch()
     try:
         output = params.check_new(options.output)
         settings, others = params.read(options.params_file) if options.params_file else (
@@ -63,7 +61,7 @@ def main(args=None):
             shutil.rmtree(work)
             raise
         chosen = search.chosen(verdict.option.name)
-        params.write(output, _promise(options, search, verdict, errors, load),
+        params.write(output, _promise(options, search, verdict, errors, watch.others()),
                      params.blocks(changed(settings, chosen), chosen))
     except (ValueError, FileExistsError) as problem:
         parser.error(str(problem))
@@ -75,16 +73,16 @@ def main(args=None):
     return 0 if verdict.is_accurate and verdict.is_fast else 1
 
 
-def _promise(options, search, verdict, errors, load):
+def _promise(options, search, verdict, errors, others):
     """Return the lines of the params file's comment: what it promises, and what it misses."""
     own = search.settings
     today = datetime.date.today().isoformat()
-    cost = verdict.option.cost_ms
+    cost, frame_ms = verdict.option.cost_ms, 1e3 / options.rate
     given = f' --params-file {options.params_file.name}' if options.params_file else ''
     lines = [
         f'Made by `tune --error-px {options.error_px:g} --rate {options.rate:g}{given}`',
         f'on {today}, on {machine.processor()}, {machine.cores()} cores'
-        + (f' (busy: load {load:.1f})' if load > report.BUSY * machine.cores() else '') + ',',
+        + ('' if others is None else f' (others took {others:.1f} of them)') + ',',
         f'for a picture of {own["width"]} x {own["height"]} pixels and a camera at '
         f'{own["camera.distance"]:g} m.',
         'Give it to all nodes, after your own params file.',
@@ -97,12 +95,14 @@ def _promise(options, search, verdict, errors, load):
     ]
     expected = verdict.option.error_px
     if not verdict.is_accurate:
-        lines.append(f'MISSED: other shots may reach {expected:.2g} px, '
-                     f'{expected - options.error_px:.2g} px too much; nothing that was tried is '
-                     'better at this rate.')
+        lines += [f'MISSED: other shots may reach {expected:.2g} px, '
+                  f'{expected - options.error_px:.2g} px too much;',
+                  'nothing that was tried is better at this rate.']
     lines.append(f'Cost: {cost:.2g} ms a frame for physics and drawing, one after the other, '
                  'without messages;')
-    lines.append(f'{search.limit_ms:.3g} ms are there at {options.rate:g} Hz'
+    lines.append(f'{100.0 * cost / frame_ms:.2g} % of the {frame_ms:.3g} ms at '
+                 f'{options.rate:g} Hz; {100.0 * FILL:.0f} % are allowed, the rest is for '
+                 'messages and slow moments'
                  + ('.' if verdict.is_fast else f': MISSED by {cost - search.limit_ms:.2g} ms; '
                     'nothing that was tried is faster.'))
     if search.chosen(verdict.option.name)['damping'] != own['damping']:
