@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Samples at edges against the mean of many shifted frames, and against one another."""
+"""Samples at edges against the mean of many shifted frames, and their patterns by theory."""
 import dataclasses
 import math
 
@@ -38,14 +38,18 @@ class ShiftedCamera(Camera):
         return u - self.shift[0], v - self.shift[1]
 
 
-def mean_of_64():
-    """Average 64 frames that look through other points of the pixels, rooks all of them."""
-    total = 0.0
-    for k in range(64):
-        # Multiples of the golden section leave no direction with a gap (a Fibonacci lattice).
-        shift = (k + 0.5) / 64 - 0.5, ((k * 0.6180339887) % 1.0) - 0.5
-        total = total + Picture().draw(wave(), camera=ShiftedCamera(1280, 720, shift=shift))
-    return total / 64
+def mean_of_many(width, height):
+    """
+    Average 233 frames that look through other points of the pixels, a Fibonacci lattice.
+
+    It is within 75 dB of the mean of 4096 at 640 x 480, where that of 64, a tenth of the error of
+    8 samples away, is within 67.6: against one or another lattice of 64, 8 have 54.8 to 55.1.
+    """
+    total, picture = 0.0, Picture()
+    for k in range(233):
+        shift = (k + 0.5) / 233 - 0.5, (144 * k % 233 + 0.5) / 233 - 0.5
+        total = total + picture.draw(wave(), camera=ShiftedCamera(width, height, shift=shift))
+    return total / 233
 
 
 def noise(rgb, reference):
@@ -53,15 +57,15 @@ def noise(rgb, reference):
     return 10.0 * math.log10(255.0 ** 2 / np.mean((rgb - reference) ** 2))
 
 
-def test_quality_against_64_samples():
-    reference = mean_of_64()
-    quality = [noise(Picture().draw(wave(), camera=Camera(1280, 720),
+@pytest.mark.parametrize('width, height', [(640, 480), (1280, 720)])
+def test_quality_against_many_samples(width, height):
+    reference = mean_of_many(width, height)
+    quality = [noise(Picture().draw(wave(), camera=Camera(width, height),
                                     style=Style(samples=samples)), reference)
                for samples in (1, 4, 8, 16)]
     # One sample shows that the measure tells them apart; 4 and 8 reach what the readers of the
-    # README are told; 16 is better still. At 640 x 480 more of the pixels lie on edges: 48.8 dB
-    # with 4, 54.1 with 8, where the mean of 8 whole frames has 54.2; none of the eight rooks'
-    # patterns that follow edges best, in all directions or near the axes, was better.
+    # README are told; 16 is better still. In the smaller image, where more of the pixels lie on
+    # edges, it is 37.9, 50.8, 55.1 and 59.2 dB.
     assert quality[0] < 45.0
     assert quality[1] >= 48.5
     assert quality[2] >= 55.0
@@ -71,13 +75,49 @@ def test_quality_against_64_samples():
 @pytest.mark.parametrize('samples', [4, 8, 16])
 def test_patterns_are_rooks_about_the_centre(samples):
     pattern = PATTERNS[samples]
+    assert len(pattern) == samples + 1
+    np.testing.assert_array_equal(pattern[0], 0.0)
     np.testing.assert_array_equal(pattern.mean(axis=0), 0.0)
     assert np.abs(pattern).max() < 0.5
     # Whole places, so that the arithmetic of edges stays exact.
     np.testing.assert_array_equal(pattern * 256, np.round(pattern * 256))
     for axis in range(2):
-        cells = np.floor((pattern[:, axis] + 0.5) * samples)
-        assert len(set(cells)) == samples
+        cells = np.floor((pattern[:, axis] + 0.5) * len(pattern))
+        assert len(set(cells)) == len(pattern)
+
+
+def missed_area(pattern, angle):
+    """Average over its offset the squared error of a straight edge's coverage of a pixel."""
+    offsets = np.linspace(-0.75, 0.75, 1501)
+    long, short = sorted(np.abs([math.cos(angle), math.sin(angle)]), reverse=True)
+    # The pixel's corners, seen along the edge, bound the quadratic pieces of its covered area.
+    area = sum(sign * np.maximum(offsets - (i * long + j * short) / 2.0, 0.0) ** 2
+               for i, j, sign in ((-1, -1, 1), (-1, 1, -1), (1, -1, -1), (1, 1, 1)))
+    area /= 2.0 * long * short
+    places = pattern @ [math.cos(angle), math.sin(angle)]
+    share = np.mean(places < offsets[:, None], axis=1)
+    return np.sum((area - share) ** 2) * (offsets[1] - offsets[0])
+
+
+# Of Direct3D 11.1 (functional specification, 19.2.4.1) [1 / 16 pixel]; 16 moved to the centre.
+STANDARD = {
+    4: [(-2, -6), (6, -2), (-6, 2), (2, 6)],
+    8: [(1, -3), (-1, 3), (5, 1), (-3, -5), (-5, 5), (-7, -1), (3, 7), (7, -7)],
+    16: np.add([(1, 1), (-1, -3), (-3, 2), (4, -1), (-5, -2), (2, 5), (5, 3), (3, -5), (-2, 6),
+                (0, -7), (-4, -6), (-6, 4), (-8, 0), (7, -4), (6, 7), (-7, -8)], 0.5)}
+
+
+@pytest.mark.parametrize('samples', [4, 8, 16])
+def test_patterns_miss_less_than_the_standard_ones(samples):
+    angles = np.radians(np.arange(0.5, 180.0))
+    ours, standard = (
+        np.array([missed_area(np.asarray(pattern), angle) for angle in angles])
+        for pattern in (PATTERNS[samples], np.array(STANDARD[samples]) / 16.0))
+    # 30, 22 and 19 % less, for the sample at the centre, that costs nothing, and for where the
+    # others lie: a lattice of 9 without further thought has 7 %. In the worst of all directions
+    # 16 miss a tenth more.
+    assert ours.mean() <= 0.82 * standard.mean()
+    assert ours.max() <= 1.1 * standard.max()
 
 
 def test_a_straight_edge_has_the_coverage_of_its_samples():

@@ -69,9 +69,10 @@ def draw_bands(taken, triangles, order, spans, boxes, is_narrow, closed,
 
     taken: (1,) int64, how many bands were taken by this and other threads; order, spans, boxes,
     is_narrow: see culling; from view to is_outlined: see rasterizer.fill;
-    pattern: (samples, 2) int32 [1 / PLACES pixel]; word, farthest: colour and nearness where
-    nothing is; from stride to marks: a Desk's; drawn: (2, bands of the image) int32, first column
-    and end of what the last frame drew, renewed; rgb, rgb_words, nearness_image: a Canvas's.
+    pattern: (samples, 2) int32 [1 / PLACES pixel], the centre first; word, farthest: colour and
+    nearness where nothing is; from stride to marks: a Desk's; drawn: (2, bands of the image)
+    int32, first column and end of what the last frame drew, renewed; rgb, rgb_words,
+    nearness_image: a Canvas's.
     """
     samples = pattern.shape[0]
     no_marks = marks[:0]
@@ -105,8 +106,10 @@ def draw_bands(taken, triangles, order, spans, boxes, is_narrow, closed,
             mark_edges(words, begin, end, width, height, stride, worst, marks)
             count = touching(triangles, found, count, u, v, where, marks, begin, end, width,
                              touched)
-            clear_marked(marks, rows, stride, word, farthest, sample_words, sample_depths, sums)
-            for k in range(samples):
+            clear_marked(marks, rows, stride, word, farthest, own, sample_words, sample_depths,
+                         sums)
+            # The first sample is the centre.
+            for k in range(1, samples):
                 fill(triangles, touched, count, is_narrow, closed, view, u, v, nearness, where,
                      colours, is_flat, cu, cv, near, is_perspective, is_correct, is_painted,
                      is_outlined, pattern[k, 0], pattern[k, 1], marks, begin, end, width, stride,

@@ -43,10 +43,11 @@ class Style:
 
     background: (3,) colour where nothing is, 0 to 255; shading: 'gouraud' interpolates the
     vertices' colours, 'flat' gives each triangle one; interpolation: of colours, 'screen' is
-    linear from pixel to pixel as in 1.14, 'perspective' linear in space; samples: 1, 4, 8 or 16
-    colours that a pixel at an edge averages; hidden_surface: 'zbuffer' compares the depths of
-    each pixel, 'painter' draws whole triangles from far to near, wrong where they overlap in
-    turn or cut one another; outline: draw the triangles' edges, darker.
+    linear from pixel to pixel as in 1.14, 'perspective' linear in space; samples: 1 shows the
+    colour at a pixel's centre, 4, 8 or 16 average it with so many more where there is an edge;
+    hidden_surface: 'zbuffer' compares the depths of each pixel, 'painter' draws whole triangles
+    from far to near, wrong where they overlap in turn or cut one another; outline: draw the
+    triangles' edges, darker.
     Raises ValueError for a colour out of range, another word or another number.
     """
 

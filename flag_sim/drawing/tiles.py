@@ -16,12 +16,13 @@
 Samples at edges: the idea of the A-buffer (Carpenter, 1984), with coverage held per sample.
 
 The frame is drawn once with a sample at each pixel's centre. Only tiles in which neighbouring
-pixels then differ are drawn again, once for each sample, and averaged: elsewhere the colour is
-smooth, and the centre's is the average already. What is so thin that it slips between all pixel
-centres of a tile and of its rim is not found, and stays as it is with one sample.
+pixels then differ are drawn again, once for each further sample of the pattern, and all are
+averaged, the centre's too, as it is there already: elsewhere the colour is smooth, and the
+centre's is the average. What is so thin that it slips between all pixel centres of a tile and of
+its rim is not found, and stays as it is with one sample.
 """
 from flag_sim.drawing.clipping import INSIDE
-from flag_sim.drawing.projection import PLACE_BITS
+from flag_sim.drawing.projection import PLACE_BITS, PLACES
 from flag_sim.kernels import kernel
 
 import numpy as np
@@ -32,22 +33,24 @@ TILE = 8
 CONTRAST = 6
 
 
-def _centred(cells):
-    """Put a sample in row cells[k] of column k, about the pixel's centre: (n, 2) [pixel]."""
-    count = len(cells)
-    points = (np.column_stack([np.arange(count), cells]) + 0.5) / count - 0.5
+def _about_the_centre(*places):
+    """Give the centre, `places` [1 / PLACES pixel] and their mirror images: (n, 2) [pixel]."""
+    half = np.array(places).reshape(-1, 2)
+    points = np.concatenate([np.zeros((1, 2)), half, -half]) / PLACES
     points.flags.writeable = False
     return points
 
 
-# Rooks, of which none attacks another, so that edges along rows and columns have all levels.
-# 4 is the rotated grid, 8 the lattice that misses the area beside edges of random direction least,
-# 16 the pattern of Direct3D 11.1 (functional specification, 19.2.4.1).
+# By the number of samples beside the centre. All are rooks, of which none attacks another, so that
+# edges along rows and columns have all levels. Among these they miss the area beside a straight
+# edge, squared and averaged over where it lies, least (test_drawing_samples): by equal parts for
+# edges of all directions, for those that level cameras see, and for those of the default camera.
 PATTERNS = {
-    1: _centred([0]),
-    4: _centred([2, 0, 3, 1]),
-    8: _centred([4, 1, 6, 3, 0, 5, 2, 7]),
-    16: _centred([8, 0, 12, 6, 2, 10, 14, 5, 1, 9, 13, 3, 7, 11, 15, 4]),
+    1: _about_the_centre(),
+    4: _about_the_centre((-100, -59), (-52, 95)),
+    8: _about_the_centre((-112, -39), (-85, 47), (-55, -88), (-31, 110)),
+    16: _about_the_centre((-119, 18), (-104, -85), (-91, 80), (-75, -24),
+                          (-60, 115), (-45, -109), (-31, 60), (-16, -45)),
 }
 
 
@@ -109,8 +112,12 @@ def touching(triangles, numbers, count, u, v, where, marks, begin, end, width, f
 
 
 @kernel
-def clear_marked(marks, rows, stride, word, farthest, words, depths, sums):
-    """Empty the marked tiles of `rows` rows before the first sample is drawn."""
+def clear_marked(marks, rows, stride, word, farthest, centres, words, depths, sums):
+    """
+    Empty the marked tiles of `rows` rows, and begin the sums with the colours at the centres.
+
+    sums: (2, rows stride) uint32: [0] red and blue, [1] green, 16 bits each.
+    """
     for row in range(rows):
         for tile in range(marks.shape[1]):
             if marks[row // TILE, tile]:
@@ -118,16 +125,13 @@ def clear_marked(marks, rows, stride, word, farthest, words, depths, sums):
                 for i in range(first, first + np.uint64(TILE)):
                     words[i] = word
                     depths[i] = farthest
-                    sums[0, i] = sums[1, i] = 0
+                    sums[0, i] = centres[i] & np.uint32(0xff00ff)
+                    sums[1, i] = centres[i] >> np.uint32(8) & np.uint32(0xff)
 
 
 @kernel
 def add_sample(marks, rows, stride, word, farthest, words, depths, sums):
-    """
-    Add a sample's colours to the sums and empty its tiles for the next.
-
-    sums: (2, rows stride) uint32: [0] red and blue, [1] green, 16 bits each.
-    """
+    """Add a sample's colours to the sums and empty its tiles for the next."""
     for row in range(rows):
         for tile in range(marks.shape[1]):
             if marks[row // TILE, tile]:
@@ -141,7 +145,7 @@ def add_sample(marks, rows, stride, word, farthest, words, depths, sums):
 
 @kernel
 def resolve(marks, rows, stride, samples, sums, words):
-    """Write the sums of `samples` (4, 8 or 16) samples, averaged and rounded, as colours."""
+    """Write the sums of `samples` samples, averaged and rounded, as colours."""
     half = np.uint32(samples // 2)
     for row in range(rows):
         for tile in range(marks.shape[1]):

@@ -126,7 +126,7 @@ RENDERER = (
     Dial('camera.elevation', -0.1, 'of the camera seen from the target', 'rad', -pi / 2, pi / 2),
     Dial('camera.roll', 0.0, 'turn about the line of sight', 'rad', -TURN, TURN),
     Dial('camera.near', 0.05, 'nothing nearer is drawn', 'm', 0.001, 1000.0),
-    Dial('samples', 1, 'colours that a pixel at an edge averages: 1, 4, 8 or 16', '', 1, 16),
+    Dial('samples', 1, '1: at pixel centres alone; 4, 8 or 16 more where edges are', '', 1, 16),
     Dial('shading', 'gouraud', 'light at vertices and between, or one per triangle',
          choices=('gouraud', 'flat')),
     Dial('interpolation', 'screen', 'of light between vertices: linear on the screen or in space',
