@@ -19,8 +19,10 @@ import os
 from pathlib import Path
 import tempfile
 
+from llvmlite.binding import Linkage, parse_bitcode
 import numba
 from numba.core.caching import FunctionCache
+from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.compiler_machinery import register_pass
 from numba.core.lowering import Lower
@@ -29,7 +31,55 @@ from numba.core.typed_passes import NativeLowering
 PACKAGE = Path(__file__).resolve().parent
 
 
-class _NoAliasCompiler(Compiler):
+class _Library(JITCodeLibrary):
+    """
+    A kernel's machine code and a copy of all that it calls, which nobody else runs.
+
+    numba leaves the copies open to the whole process, which then runs, for all callers, the one
+    that it happened to load first. But what a kernel is optimised to depends on its caller, down
+    to which sums of products are rounded once: a run that compiles and the next one would differ,
+    or two runs that used other solvers before. The methods are private to numba; a test looks at
+    the machine code's symbols.
+    """
+
+    def _optimize_final_module(self):
+        for function in self._final_module.functions:
+            if function.linkage == Linkage.linkonce_odr and not function.is_declaration:
+                function.linkage = Linkage.internal
+        super()._optimize_final_module()
+
+    def _get_module_for_linking(self):
+        """Return what callers copy: as it would be read from the disk, so that it is the same."""
+        if self._shared_module is None:
+            module = super()._get_module_for_linking()
+            self._shared_module = parse_bitcode(module.as_bitcode())
+        return self._shared_module
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _Lowering(NativeLowering):
+    _name = 'kernel_lowering'
+
+    def run_pass(self, state):
+        state.library = _Library(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.library.enable_object_caching()  # as numba does with its own
+        return super().run_pass(state)
+
+
+class KernelCompiler(Compiler):
+    """Compiles a kernel into a library of its own."""
+
+    lowering = _Lowering
+
+    def define_pipelines(self):
+        pipelines = super().define_pipelines()
+        for pipeline in pipelines:
+            pipeline.passes = [(self.lowering if step is NativeLowering else step, description)
+                               for step, description in pipeline.passes]
+        return pipelines
+
+
+class _NoAliasCompiler(KernelCompiler):
     """
     Lets LLVM assume that no two array arguments overlap.
 
@@ -42,34 +92,52 @@ class _NoAliasCompiler(Compiler):
         super().__init__(typingctx, targetctx, library, args, return_type, flags, *others)
 
 
+class _InnerLower(Lower):
+    """
+    Asks LLVM to make the kernel a part of its callers.
+
+    numba's own option, forceinline, would go on to whatever happens to be compiled meanwhile.
+    """
+
+    def post_lower(self):
+        super().post_lower()
+        self.function.attributes.add('alwaysinline')
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _InnerLowering(_Lowering):
+    _name = 'inner_lowering'
+    lowering_class = _InnerLower
+
+
+class _InnerCompiler(_NoAliasCompiler):
+    lowering = _InnerLowering
+
+
 class _WideLower(Lower):
     """
     Asks LLVM for vectors of 512 bits.
 
     Even where the processor has them, LLVM takes 256 by default, for the sake of programs that use
-    few vectors and would only slow the clock down.
+    few vectors and would only slow the clock down. A caller that is no such kernel would lose
+    that, and what is known of the arguments: so it must call the loop, not take it in.
     """
 
     def post_lower(self):
         super().post_lower()
+        self.function.attributes.add('noinline')
         # Past llvmlite's own add, which knows no attributes of a target.
         set.add(self.function.attributes, '"prefer-vector-width"="512"')
 
 
 @register_pass(mutates_CFG=True, analysis_only=False)
-class _WideLowering(NativeLowering):
+class _WideLowering(_Lowering):
     _name = 'wide_lowering'
     lowering_class = _WideLower
 
 
 class _WideCompiler(_NoAliasCompiler):
-
-    def define_pipelines(self):
-        pipelines = super().define_pipelines()
-        for pipeline in pipelines:
-            pipeline.passes = [(_WideLowering if step is NativeLowering else step, description)
-                               for step, description in pipeline.passes]
-        return pipelines
+    lowering = _WideLowering
 
 
 @functools.lru_cache
@@ -160,16 +228,11 @@ def kernel(function=None, **options):
     return dispatcher
 
 
-inner_kernel = functools.partial(kernel, forceinline=True)
-"""
-A kernel that becomes a part of each kernel that calls it.
-
-Of others every caller brings a copy, and the process runs the copy that it happened to load first.
-They differ in how sums of products are rounded, and so would a run that compiles and the next one.
-"""
+inner_kernel = functools.partial(kernel, pipeline_class=_InnerCompiler)
+"""A kernel that becomes a part of each that calls it: of a loop that is only then vectors."""
 
 wide_kernel = functools.partial(kernel, pipeline_class=_WideCompiler)
 """A kernel whose loops run over many numbers: compiled to the widest vectors."""
 
-shared_kernel = functools.partial(kernel, pipeline_class=Compiler)
+shared_kernel = functools.partial(kernel, pipeline_class=KernelCompiler)
 """A kernel whose arrays other threads may write to while it runs."""

@@ -21,7 +21,7 @@ it: each root is taken once, and opposite forces are equal to the last bit.
 """
 import math
 
-from flag_sim.kernels import kernel, wide_kernel
+from flag_sim.kernels import inner_kernel, wide_kernel
 import numba
 from numba.extending import overload
 import numpy as np
@@ -74,7 +74,7 @@ def _refine(x, estimate):
     return refine
 
 
-@kernel
+@inner_kernel
 def _inverse_lengths(a2, b2, c2, d2):
     """
     Return 1 / sqrt of four squared lengths [1/m].

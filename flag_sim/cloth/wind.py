@@ -26,7 +26,7 @@ included, because the shares are those of the face's mass.
 """
 import math
 
-from flag_sim.kernels import kernel, wide_kernel
+from flag_sim.kernels import inner_kernel, kernel, wide_kernel
 import numpy as np
 
 ONE = np.uint64(1)
@@ -38,7 +38,7 @@ QUADRATIC, LINEAR, SEED = 0, 1, 2
 """The laws of Air.law by number, for the kernels."""
 
 
-@kernel
+@inner_kernel
 def _pressure(flux, ax, ay, az, drag, hold, law, order):
     """
     Return the factor of the area vector a in the force on a face, given the flux u . a [m3/s].
