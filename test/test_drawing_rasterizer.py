@@ -14,7 +14,7 @@
 
 """Coverage against exact whole-number arithmetic, values against formulas."""
 from flag_sim.drawing.clipping import GUARD
-from flag_sim.drawing.culling import CHUNK, collect, cull
+from flag_sim.drawing.culling import ALONE, CHUNK, collect, cull, NARROW, SLIM
 from flag_sim.drawing.projection import PLACES, project
 from flag_sim.drawing.rasterizer import fill
 
@@ -28,11 +28,11 @@ NO_MARKS = np.empty((0, 0), np.bool_)
 
 
 def draw(corners, nearness=1.0, colours=255.0, is_correct=False, bands=1,
-         is_painted=False, shift=(0.0, 0.0), is_narrow=None):
+         is_painted=False, shift=(0.0, 0.0), kind=None):
     """
     Draw triangles of corners (m, 3, 2) [pixel]; return nearness and words, (HEIGHT, WIDTH).
 
-    is_narrow: draw all in groups, or none; None leaves that to their widths.
+    kind: how all are drawn: ALONE, NARROW or SLIM; None leaves that to their widths.
     """
     places = np.asarray(np.round(np.asarray(corners) * PLACES), dtype=np.int32).reshape(-1, 2)
     u, v = np.ascontiguousarray(places.T)
@@ -42,17 +42,17 @@ def draw(corners, nearness=1.0, colours=255.0, is_correct=False, bands=1,
     matter[:] = np.broadcast_to(colours, (count, 3, 3)).reshape(-1, 1, 3)
     triangles, order = np.arange(points, dtype=np.int32).reshape(-1, 3), \
         np.arange(count, dtype=np.int32)
-    where, narrow = np.zeros(points, np.int32), np.empty(count, np.bool_)
+    where, kinds = np.zeros(points, np.int32), np.empty(count, np.uint8)
     spans, boxes = np.empty((2, count), np.int16), np.empty((4, -(-count // CHUNK)), np.int32)
-    cull(triangles, order, u, v, where, PLACES, WIDTH, HEIGHT, narrow, spans, boxes)
-    if is_narrow is not None:
-        narrow[:] = is_narrow
+    cull(triangles, order, u, v, where, PLACES, WIDTH, HEIGHT, kinds, spans, boxes)
+    if kind is not None:
+        kinds[:] = kind
     numbers = np.empty(count + 1, np.int32)
     depth, words = np.zeros((HEIGHT, STRIDE), np.float32), np.zeros((HEIGHT, STRIDE), np.uint32)
     for top in range(0, HEIGHT, -(-HEIGHT // bands)):
         end = min(top + -(-HEIGHT // bands), HEIGHT)
         found, _, _ = collect(order, spans, boxes, top, end, numbers)
-        fill(triangles, numbers, found, narrow, count, np.empty((points, 3)), u, v, near, where,
+        fill(triangles, numbers, found, kinds, count, np.empty((points, 3)), u, v, near, where,
              matter, False, 0.0, 0.0, 0.1, True, is_correct, is_painted, False,
              *np.int32(np.multiply(shift, PLACES)), NO_MARKS, top, end, WIDTH, STRIDE,
              depth[top:end].reshape(-1), words[top:end].reshape(-1))
@@ -90,7 +90,7 @@ def some_triangles(kind, count, rng):
         triangles = triangles[:, :1] + rng.integers(-400, 401, (count, 3, 2))
     elif kind == 'narrow':
         # Up to as high as vertices can be apart.
-        triangles[:, :, 0] = triangles[:, :1, 0] + rng.integers(0, 32 * PLACES, (count, 3))
+        triangles[:, :, 0] = triangles[:, :1, 0] + rng.integers(0, 64 * PLACES, (count, 3))
         triangles[:, :, 1] *= 8 ** rng.integers(0, 5, (count, 1))
     elif kind == 'centres':
         triangles = triangles // PLACES * PLACES
@@ -117,13 +117,14 @@ def some_triangles(kind, count, rng):
 KINDS = ['random', 'sliver', 'small', 'narrow', 'centres', 'halves', 'axes', 'huge', 'huge sliver']
 
 
-@pytest.mark.parametrize('kind, is_narrow', [
-    *((kind, None) for kind in KINDS), ('small', False), ('narrow', False)])
-def test_coverage_is_exact(kind, is_narrow):
+@pytest.mark.parametrize('kind, way', [
+    *((kind, None) for kind in KINDS), ('small', ALONE), ('small', NARROW), ('narrow', ALONE),
+    ('narrow', SLIM)])
+def test_coverage_is_exact(kind, way):
     rng = np.random.default_rng(2021)
     some = False
     for triangle in some_triangles(kind, 1500, rng):
-        depth, _ = draw([triangle / PLACES], is_narrow=is_narrow)
+        depth, _ = draw([triangle / PLACES], kind=way)
         expected = covered(triangle)
         some |= expected.any()
         np.testing.assert_array_equal(depth > 0, expected, err_msg=str(triangle))
@@ -189,9 +190,11 @@ def test_triangles_in_groups_and_alone_make_the_same_picture():
     nearness, colours = rng.uniform(0.5, 0.6, (400, 3)), rng.uniform(0, 255, (400, 3, 3))
     for is_correct in (False, True):
         for is_painted in (False, True):
-            (one, words), (other, others) = (
+            (one, words), (same, same_words), (other, others) = (
                 draw(corners, nearness, colours, is_correct, is_painted=is_painted,
-                     is_narrow=is_narrow) for is_narrow in (True, False))
+                     kind=kind) for kind in (SLIM, NARROW, ALONE))
+            np.testing.assert_array_equal(same, one)
+            np.testing.assert_array_equal(same_words, words)
             np.testing.assert_allclose(one, other, rtol=1e-5)
             shifts = np.array([0, 8, 16], np.uint32)
             apart = np.abs((words[..., None] >> shifts & 255).astype(int)
@@ -263,15 +266,15 @@ def test_hostile_vertices_write_nothing_outside():
         view, near = np.empty((12000, 3)), np.empty(12000)
         u, v, where = np.empty((3, 12000), np.int32)
         project(vertices, matrix, 30.0, 21.0, 0.05, is_perspective, view, u, v, near, where)
-        narrow, numbers = np.empty(4000, np.bool_), np.empty(4001, np.int32)
+        kinds, numbers = np.empty(4000, np.uint8), np.empty(4001, np.int32)
         spans, boxes = np.empty((2, 4000), np.int16), np.empty((4, -(-4000 // CHUNK)), np.int32)
         order = np.arange(4000, dtype=np.int32)
-        cull(triangles, order, u, v, where, 0, WIDTH, HEIGHT, narrow, spans, boxes)
+        cull(triangles, order, u, v, where, 0, WIDTH, HEIGHT, kinds, spans, boxes)
         count, _, _ = collect(order, spans, boxes, 0, HEIGHT, numbers)
         # The rows lie between margins that must stay as they are.
         depth = np.full(size + 2 * margin, np.float32(-1e30))
         words = np.full(size + 2 * margin, 77, np.uint32)
-        fill(triangles, numbers, count, narrow, 4000, view, u, v, near, where,
+        fill(triangles, numbers, count, kinds, 4000, view, u, v, near, where,
              np.full((12000, 2, 3), 128.0), False, 30.0, 21.0, 0.05, is_perspective, True, False,
              False, np.int32(0), np.int32(0), NO_MARKS, 0, HEIGHT, WIDTH, STRIDE,
              depth[margin:margin + size], words[margin:margin + size])

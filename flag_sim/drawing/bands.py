@@ -58,7 +58,7 @@ class Desk:
 
 
 @kernel
-def draw_bands(taken, triangles, order, spans, boxes, is_narrow, closed,
+def draw_bands(taken, triangles, order, spans, boxes, kinds, closed,
                view, u, v, nearness, where, colours, is_flat, cu, cv, near,
                is_perspective, is_correct, is_painted, is_outlined, pattern, word, farthest,
                width, height, stride, words, depths, found, touched,
@@ -68,7 +68,7 @@ def draw_bands(taken, triangles, order, spans, boxes, is_narrow, closed,
     Draw bands of an image as long as there are any.
 
     taken: (1,) int64, how many bands were taken by this and other threads; order, spans, boxes,
-    is_narrow: see culling; from view to is_outlined: see rasterizer.fill;
+    kinds: see culling; from view to is_outlined: see rasterizer.fill;
     pattern: (samples, 2) int32 [1 / PLACES pixel], the centre first; word, farthest: colour and
     nearness where nothing is; from stride to marks: a Desk's; drawn: (2, bands of the image)
     int32, first column and end of what the last frame drew, renewed; rgb, rgb_words,
@@ -95,7 +95,7 @@ def draw_bands(taken, triangles, order, spans, boxes, is_narrow, closed,
             # Neighbours are compared over the whole width.
             last_left, last_right = np.int32(0), np.int32(width)
         clear(words, depths, word, farthest, last_left, last_right, rows + 2 * rim, stride)
-        fill(triangles, found, count, is_narrow, closed, view, u, v, nearness, where, colours,
+        fill(triangles, found, count, kinds, closed, view, u, v, nearness, where, colours,
              is_flat, cu, cv, near, is_perspective, is_correct, is_painted, is_outlined,
              np.int32(0), np.int32(0), no_marks, top, end + rim, width, stride, depths, words)
         if nearness_image.size > 0:
@@ -110,7 +110,7 @@ def draw_bands(taken, triangles, order, spans, boxes, is_narrow, closed,
                          sums)
             # The first sample is the centre.
             for k in range(1, samples):
-                fill(triangles, touched, count, is_narrow, closed, view, u, v, nearness, where,
+                fill(triangles, touched, count, kinds, closed, view, u, v, nearness, where,
                      colours, is_flat, cu, cv, near, is_perspective, is_correct, is_painted,
                      is_outlined, pattern[k, 0], pattern[k, 1], marks, begin, end, width, stride,
                      sample_depths, sample_words)

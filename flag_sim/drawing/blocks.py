@@ -25,7 +25,7 @@ under a mask, wait for memory.
 """
 from flag_sim.drawing.projection import next_centre, PLACE_BITS, PLACES
 from flag_sim.drawing.spans import LANES, pack, WHOLE
-from flag_sim.kernels import kernel
+from flag_sim.kernels import inner_kernel, kernel
 
 import numpy as np
 
@@ -44,11 +44,14 @@ EDGE_FIELDS = 13
 PLANE_FIELDS = 12
 ONE, TWO, THREE = np.uint64(GROUP), np.uint64(2 * GROUP), np.uint64(3 * GROUP)
 ZERO = np.int32(0)
+# More than a quotient below 100 is wrong by, less than one of whole numbers below 2^23 can be
+# beside a whole number.
+ROUNDING = 1e-9
 
 
 @kernel
 def draw_narrow(triangles, numbers, first, count, closed, u, v, nearness, colours, is_flat,
-                is_correct, is_painted, shift_u, shift_v, top, end, width, stride,
+                is_correct, is_painted, is_slanted, shift_u, shift_v, top, end, width, stride,
                 places, values, edges, planes, depths, words):
     """
     Draw `count` triangles, at most GROUP, numbers[first] and on, into rows top .. end - 1.
@@ -60,13 +63,17 @@ def draw_narrow(triangles, numbers, first, count, closed, u, v, nearness, colour
     kept = _fetch(triangles, numbers, first, count, closed, u, v, nearness, colours, is_flat,
                   is_correct, shift_u, shift_v, places, values)
     _set_up(kept, width, places, values, edges, planes)
-    if not is_painted:
+    if is_painted:
+        for k in range(kept):
+            # What is emptied first is covered.
+            _empty_rows(k, edges, top, end, stride, depths)
+            _draw_rows(k, k + np.uint64(1), edges, planes, is_correct, top, end, stride,
+                       depths, words)
+    elif is_slanted:
+        _draw_slanted(np.uint64(0), kept, edges, planes, is_correct, top, end, stride,
+                      depths, words)
+    else:
         _draw_rows(np.uint64(0), kept, edges, planes, is_correct, top, end, stride, depths, words)
-        return
-    for k in range(kept):
-        # What is emptied first is covered.
-        _empty_rows(k, edges, top, end, stride, depths)
-        _draw_rows(k, k + np.uint64(1), edges, planes, is_correct, top, end, stride, depths, words)
 
 
 @kernel
@@ -167,38 +174,77 @@ def _plane(values, planes, k, q, bu, bv, cu, cv, x, y):
 
 @kernel
 def _draw_rows(first_k, end_k, edges, planes, is_correct, begin, end, stride, depths, words):
-    """Draw block after block of the rows of triangles first_k .. end_k - 1 of the group."""
+    """Draw all blocks of the rows of triangles first_k .. end_k - 1 of the group."""
     for k in range(first_k, end_k):
         top = edges[TOP + k]
         columns = (np.uint64(edges[COUNT + k]) + np.uint64(LANES - 1)) & WHOLE
-        a_u, b_u, c_u = edges[EDGE_U + k], edges[EDGE_U + ONE + k], edges[EDGE_U + TWO + k]
-        ds, dr = planes[ONE + k], planes[THREE + ONE + k]
-        dg, db = planes[np.uint64(7 * GROUP) + k], planes[np.uint64(10 * GROUP) + k]
         for row in range(max(top, begin), min(edges[END + k], end)):
             # From the triangle's own first row, so that bands make no difference.
             y = np.int32(row - top)
-            a = edges[EDGE + k] + y * edges[EDGE_V + k]
-            b = edges[EDGE + ONE + k] + y * edges[EDGE_V + ONE + k]
-            c = edges[EDGE + TWO + k] + y * edges[EDGE_V + TWO + k]
-            down = np.float32(y)
-            s = planes[k] + planes[TWO + k] * down
-            red = planes[THREE + k] + planes[THREE + TWO + k] * down
-            green = planes[np.uint64(6 * GROUP) + k] + planes[np.uint64(8 * GROUP) + k] * down
-            blue = planes[np.uint64(9 * GROUP) + k] + planes[np.uint64(11 * GROUP) + k] * down
             first = np.uint64((row - begin) * stride + edges[LEFT + k])
-            for j in range(columns):
-                n = np.int32(j)
-                i = np.float32(n)
-                there = depths[first + j]
-                is_inside = ((a + n * a_u) | (b + n * b_u) | (c + n * c_u)) >= 0
-                here = s + ds * i if is_inside else np.float32(-np.inf)
-                # Stored whether it is new or not: LLVM would mask a store under a condition.
-                depths[first + j] = max(here, there)
-                if here > there:
-                    # Perspective-correct colours come times nearness (Heckbert, 1989).
-                    depth = np.float32(1.0) / here if is_correct else np.float32(1.0)
-                    words[first + j] = pack((red + dr * i) * depth, (green + dg * i) * depth,
-                                            (blue + db * i) * depth)
+            _draw_row(k, y, np.uint64(0), columns, edges, planes, is_correct, first, depths, words)
+
+
+@kernel
+def _draw_slanted(first_k, end_k, edges, planes, is_correct, begin, end, stride, depths, words):
+    """Draw the same, but of each row only the blocks that can have pixels inside."""
+    for k in range(first_k, end_k):
+        top = edges[TOP + k]
+        columns = (np.uint64(edges[COUNT + k]) + np.uint64(LANES - 1)) & WHOLE
+        for row in range(max(top, begin), min(edges[END + k], end)):
+            y = np.int32(row - top)
+            low, high = 0.0, np.float64(columns) - 1.0
+            for edge in range(np.uint64(3)):
+                place = edge * ONE + k
+                here = np.int32(edges[EDGE + place] + np.int32(y * edges[EDGE_V + place]))
+                # here + n change is not negative from this column on, or up to it.
+                cut = -here / edges[EDGE_U + place]
+                if edges[EDGE_U + place] > 0:
+                    low = max(low, cut)
+                elif edges[EDGE_U + place] < 0:
+                    high = min(high, cut)
+            inner, last = np.ceil(low - ROUNDING), np.floor(high + ROUNDING)
+            if inner <= last:
+                start = np.uint64(inner) & WHOLE
+                stop = min((np.uint64(last) + np.uint64(LANES)) & WHOLE, columns)
+                first = np.uint64((row - begin) * stride + edges[LEFT + k]) + start
+                _draw_row(k, y, start, stop - start, edges, planes, is_correct, first,
+                          depths, words)
+
+
+@inner_kernel
+def _draw_row(k, y, start, columns, edges, planes, is_correct, first, depths, words):
+    """Draw `columns` of row y of triangle k from column `start` on, which is pixel `first`."""
+    a_u, b_u, c_u = edges[EDGE_U + k], edges[EDGE_U + ONE + k], edges[EDGE_U + TWO + k]
+    a = _along(edges[EDGE + k], y, edges[EDGE_V + k])
+    b = _along(edges[EDGE + ONE + k], y, edges[EDGE_V + ONE + k])
+    c = _along(edges[EDGE + TWO + k], y, edges[EDGE_V + TWO + k])
+    ds, dr = planes[ONE + k], planes[THREE + ONE + k]
+    dg, db = planes[np.uint64(7 * GROUP) + k], planes[np.uint64(10 * GROUP) + k]
+    down = np.float32(y)
+    s = planes[k] + planes[TWO + k] * down
+    red = planes[THREE + k] + planes[THREE + TWO + k] * down
+    green = planes[np.uint64(6 * GROUP) + k] + planes[np.uint64(8 * GROUP) + k] * down
+    blue = planes[np.uint64(9 * GROUP) + k] + planes[np.uint64(11 * GROUP) + k] * down
+    for j in range(columns & WHOLE):
+        n = np.int32(np.int32(start) + np.int32(j))
+        i = np.float32(n)
+        there = depths[first + j]
+        is_inside = (_along(a, n, a_u) | _along(b, n, b_u) | _along(c, n, c_u)) >= 0
+        here = s + ds * i if is_inside else np.float32(-np.inf)
+        # Stored whether it is new or not: LLVM would mask a store under a condition.
+        depths[first + j] = max(here, there)
+        if here > there:
+            # Perspective-correct colours come times nearness (Heckbert, 1989).
+            depth = np.float32(1.0) / here if is_correct else np.float32(1.0)
+            words[first + j] = pack((red + dr * i) * depth, (green + dg * i) * depth,
+                                    (blue + db * i) * depth)
+
+
+@inner_kernel
+def _along(edge, n, change):
+    """Give an edge function n steps on; in 32 bits, or else LLVM multiplies with 64, slowly."""
+    return np.int32(edge + np.int32(n * change))
 
 
 @kernel
@@ -207,12 +253,12 @@ def _empty_rows(k, edges, begin, end, stride, depths):
     columns = (np.uint64(edges[COUNT + k]) + np.uint64(LANES - 1)) & WHOLE
     for row in range(max(edges[TOP + k], begin), min(edges[END + k], end)):
         y = np.int32(row - edges[TOP + k])
-        a = edges[EDGE + k] + y * edges[EDGE_V + k]
-        b = edges[EDGE + ONE + k] + y * edges[EDGE_V + ONE + k]
-        c = edges[EDGE + TWO + k] + y * edges[EDGE_V + TWO + k]
+        a = _along(edges[EDGE + k], y, edges[EDGE_V + k])
+        b = _along(edges[EDGE + ONE + k], y, edges[EDGE_V + ONE + k])
+        c = _along(edges[EDGE + TWO + k], y, edges[EDGE_V + TWO + k])
         first = np.uint64((row - begin) * stride + edges[LEFT + k])
         for j in range(columns):
             n = np.int32(j)
-            a_here, b_here = a + n * edges[EDGE_U + k], b + n * edges[EDGE_U + ONE + k]
-            if (a_here | b_here | (c + n * edges[EDGE_U + TWO + k])) >= 0:
+            if (_along(a, n, edges[EDGE_U + k]) | _along(b, n, edges[EDGE_U + ONE + k])
+                    | _along(c, n, edges[EDGE_U + TWO + k])) >= 0:
                 depths[first + j] = -np.inf

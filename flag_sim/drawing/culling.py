@@ -21,18 +21,21 @@ import numpy as np
 
 # Triangles in a row that share a box, so that a band passes by most of them at once.
 CHUNK = 64
-# Up to this width [1 / PLACES pixel] triangles are drawn in blocks. Where it ends is a matter of
-# speed; however high, the edge functions of one so narrow stay below 2^31: see blocks.
-NARROW = 32 * PLACES
+# How a triangle is drawn (see blocks): alone, or in a group, and of its rows then the blocks that
+# are needed, or all, for these are so few that to look which would take longer.
+ALONE, NARROW, SLIM = range(3)
+# Up to which widths [1 / PLACES pixel]; a matter of speed, but the edge functions of what is drawn
+# in a group must stay below 2^31, and do so up to 64 pixels, however high it is.
+NARROW_WIDTH, SLIM_WIDTH = 64 * PLACES, 16 * PLACES
 
 
 @kernel
-def cull(triangles, order, u, v, where, margin, width, height, is_narrow, spans, boxes):
+def cull(triangles, order, u, v, where, margin, width, height, kinds, spans, boxes):
     """
     Find the rows that triangles (m, 3) in `order` (m,) can cover.
 
     u, v, where: from project; margin: [1 / PLACES pixel] around the pixels' centres. Writes
-    is_narrow (m,) bool, by the triangle's number: see blocks; and by the place in `order`: spans
+    kinds (m,) uint8, by the triangle's number: ALONE, SLIM or NARROW; and by the place in `order`: spans
     (2, m) int16, first row and end, both 0 for what cannot be seen; boxes (4, chunks) int32: the
     same and first column and end of each CHUNK.
     """
@@ -56,7 +59,9 @@ def cull(triangles, order, u, v, where, margin, width, height, is_narrow, spans,
             left, right = max(left, np.int32(0)), min(right, np.int32(width))
             top, end = max(top, np.int32(0)), min(end, np.int32(height))
             is_seen = (state < NOWHERE) & (left < right) & (top < end)
-            is_narrow[t] = is_inside & (u_most - u_least <= NARROW)
+            extent = u_most - u_least
+            is_narrow, is_slim = is_inside & (extent <= NARROW_WIDTH), extent <= SLIM_WIDTH
+            kinds[t] = np.uint8(is_narrow) + np.uint8(is_narrow & is_slim)
             spans[0, k] = top if is_seen else np.int32(0)
             spans[1, k] = end if is_seen else np.int32(0)
             box_top = min(box_top, top if is_seen else np.int32(height))

@@ -112,7 +112,7 @@ class Picture:
         # Lines lie in whole pixels, and samples beside the pixels' centres.
         margin = PLACES if style.outline or style.samples > 1 else 0
         cull(assembly.triangles, self._order, assembly.u, assembly.v, assembly.where, margin,
-             camera.width, camera.height, assembly.is_narrow, assembly.spans, assembly.boxes)
+             camera.width, camera.height, assembly.kinds, assembly.spans, assembly.boxes)
 
     def _shade(self, materials, light, style):
         """Give the colours of both sides of all vertices, or of all triangles if flat."""
@@ -150,7 +150,7 @@ class Picture:
             desk, canvas = self._desks[thread], self._canvas
             draw_bands(
                 taken, assembly.triangles, self._order, assembly.spans, assembly.boxes,
-                assembly.is_narrow, assembly.closed, assembly.view, assembly.u, assembly.v,
+                assembly.kinds, assembly.closed, assembly.view, assembly.u, assembly.v,
                 assembly.nearness, assembly.where, colours, style.shading == 'flat',
                 *camera.centre, camera.near, camera.is_perspective, is_correct,
                 style.hidden_surface == 'painter', style.outline, pattern, style.word,

@@ -26,6 +26,7 @@ row by row; both cover the same pixels.
 from flag_sim.drawing.blocks import (
     draw_narrow, EDGE_FIELDS, GROUP, PLACE_FIELDS, PLANE_FIELDS, VALUE_FIELDS)
 from flag_sim.drawing.clipping import clip, INSIDE, MOST_CORNERS
+from flag_sim.drawing.culling import ALONE, NARROW
 from flag_sim.drawing.outline import draw_outline
 from flag_sim.drawing.projection import PLACES, to_screen
 from flag_sim.drawing.spans import empty, span_correct, span_linear
@@ -38,13 +39,13 @@ SLACK = 2.0 ** -33
 
 
 @kernel
-def fill(triangles, numbers, count, is_narrow, closed, view, u, v, nearness, where, colours,
+def fill(triangles, numbers, count, kinds, closed, view, u, v, nearness, where, colours,
          is_flat, cu, cv, near, is_perspective, is_correct, is_painted, is_outlined,
          shift_u, shift_v, marks, top, end, width, stride, depths, words):
     """
     Draw those of triangles (m, 3) that numbers[:count] tells into rows top .. end - 1.
 
-    is_narrow: from cull; closed: from this triangle on backs are not drawn; view, u, v, nearness,
+    kinds: from cull; closed: from this triangle on backs are not drawn; view, u, v, nearness,
     where: from project; colours: (n, 2, 3) of both sides, 0..255, at vertices, or (m, 2, 3) of
     triangles if is_flat; is_correct: interpolate colours perspective-correctly, else linearly on
     the screen; is_painted: cover what was drawn before, near or far; is_outlined: draw the edges
@@ -59,13 +60,13 @@ def fill(triangles, numbers, count, is_narrow, closed, view, u, v, nearness, whe
     shape, planes = np.empty((2, MOST_CORNERS + 1, 6)), np.empty((3, 4))
     k = np.uint64(0)
     while k < count:
-        first = k
-        while k < count and k - first < GROUP and is_narrow[numbers[k]] and not is_outlined:
-            k += np.uint64(1)
-        if k > first:
+        first, kind = k, kinds[numbers[k]]
+        if kind != ALONE and not is_outlined:
+            while k < count and k - first < GROUP and kinds[numbers[k]] == kind:
+                k += np.uint64(1)
             draw_narrow(triangles, numbers, first, k - first, closed, u, v, nearness, colours,
-                        is_flat, is_correct, is_painted, shift_u, shift_v, top, end, width, stride,
-                        places, values, edges, group_planes, depths, words)
+                        is_flat, is_correct, is_painted, kind == NARROW, shift_u, shift_v, top, end,
+                        width, stride, places, values, edges, group_planes, depths, words)
             continue
         t = np.uint64(numbers[k])
         k += np.uint64(1)
