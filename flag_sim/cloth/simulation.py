@@ -234,7 +234,7 @@ class Cloth:
 
     def _planned(self, dt):
         """Return the Plan for a frame, and make the solver ready to carry it out."""
-        largest_step = functools.partial(self._solver.largest_step, drag=self._has_drag())
+        largest_step = functools.partial(self._solver.largest_step, air=self.air)
         steps = plan(dt, *self._bounds, largest_step, self.stepping, self._solver.useful_step)
         factors = (steps.stiffness_factor, steps.damping_factor)
         if factors != self._solver.model.factors:
@@ -247,13 +247,9 @@ class Cloth:
         if broken:
             self._state.data[...] = self._last_good
             way_out = advice(self.solver, step, self.stepping.step_safety, *self._bounds,
-                             self._has_drag())
+                             self.air)
             raise Diverged(f'{broken} with solver {self.solver} in {steps.granted} steps of '
                            f'{step:.3g} s; the cloth is held where the frame began; {way_out}')
-
-    def _has_drag(self):
-        """Tell whether the wind acts on the cloth."""
-        return self.air.density * self.air.drag_coefficient > 0.0
 
     def _put_on(self, mesh):
         """Take a mesh, with room for its state, the next one, and one to fall back on."""
