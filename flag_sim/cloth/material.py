@@ -74,8 +74,7 @@ class Air:
     def __post_init__(self):
         """Refuse what no air can be."""
         checks.fields(self, ['density', 'drag_coefficient'], prefix='air.', low=0.0)
-        if self.law not in LAWS:
-            raise ValueError(f'air.law must be one of {sorted(LAWS)}, not {self.law!r}')
+        checks.choice('air.law', self.law, LAWS)
 
     @property
     def drag(self):
