@@ -14,10 +14,10 @@
 
 """The pole is in the way in every step, not only where a frame ends."""
 from flag_sim.cloth import Cloth, Stepping
+from flag_sim.cloth.material import VACUUM
 from flag_sim.cloth.solvers import SOLVERS
 import numpy as np
 import pytest
-from support.cloths import VACUUM
 
 
 @pytest.mark.parametrize('solver', SOLVERS)

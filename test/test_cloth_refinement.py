@@ -24,10 +24,11 @@ import functools
 import math
 
 from flag_sim.cloth import Cloth, Material, Stepping
+from flag_sim.cloth.material import VACUUM
 import numpy as np
 import pytest
 from scipy.special import j0
-from support.cloths import hanging, VACUUM
+from support.cloths import hanging
 from support.soak import SOAK
 from test_cloth_waves import ring
 

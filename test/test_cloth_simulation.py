@@ -17,7 +17,7 @@ import dataclasses
 import math
 import time
 
-from flag_sim.cloth import Air, Cloth, Diverged, Material, Stepping
+from flag_sim.cloth import Air, Cloth, Diverged, Material, simulation, Stepping
 from flag_sim.cloth.mesh import Mesh, resample
 from flag_sim.cloth.normals import node_normals
 from flag_sim.cloth.solvers import SOLVERS
@@ -183,6 +183,13 @@ def test_bad_cloths_are_refused(arguments, rule):
     (lambda cloth: cloth.place(cloth.positions, np.full((9, 13, 3), np.nan)),
      'velocities must be finite'),
     (lambda cloth: setattr(cloth, 'solver', 'magic'), 'solver must be one of'),
+    (lambda cloth: setattr(cloth, 'solver', ['rk4']), "not ['rk4']"),
+    (lambda cloth: setattr(cloth, 'material', None), 'material must be of class Material'),
+    (lambda cloth: setattr(cloth, 'air', 'storm'), "air must be of class Air, not 'storm'"),
+    (lambda cloth: setattr(cloth, 'stepping', 5), 'stepping must be of class Stepping, not 5'),
+    (lambda cloth: setattr(cloth, 'precision', 'float16'), 'precision must be one of'),
+    (lambda cloth: setattr(cloth, 'stretch_limit', -1.0), 'stretch_limit must be between'),
+    (lambda cloth: setattr(cloth, 'pole', (0.0, 0.0, 0.0)), 'radius of the pole must be greater'),
     (lambda cloth: setattr(cloth, 'gravity', 'down'), "gravity must be a number, not 'down'")])
 def test_bad_changes_are_refused_and_change_nothing(change, rule):
     """The cloth goes on exactly as if they had not been asked for."""
@@ -193,6 +200,55 @@ def test_bad_changes_are_refused_and_change_nothing(change, rule):
     cloth.advance(0.02, WIND)
     same.advance(0.02, WIND)
     assert np.array_equal(cloth.positions, same.positions)
+
+
+@pytest.mark.parametrize('change', [
+    lambda cloth: setattr(cloth, 'material', Material(stiffness=5.0)),
+    lambda cloth: setattr(cloth, 'solver', 'rk4'),
+    lambda cloth: setattr(cloth, 'precision', 'float32'),
+    lambda cloth: cloth.regrid(5, 7),
+    lambda cloth: cloth.hang((1.0, 2.0, 3.0), 2.0, 1.0)])
+def test_a_change_that_memory_does_not_suffice_for_changes_nothing(change, monkeypatch):
+    """Not even in part: what is new is made before anything old is given up."""
+    cloth, same = running(3), running(3)
+
+    def fail(*arguments):
+        raise MemoryError
+
+    with monkeypatch.context() as patch:
+        for kind in SOLVERS.values():
+            patch.setattr(kind, '__init__', fail)
+        with pytest.raises(MemoryError):
+            change(cloth)
+    assert cloth.material == same.material and cloth.solver == same.solver
+    assert cloth.mesh.precision == same.mesh.precision and cloth.hoist_top == same.hoist_top
+    cloth.advance(0.02, WIND)
+    same.advance(0.02, WIND)
+    assert np.array_equal(cloth.positions, same.positions)
+
+
+def test_values_that_stay_cost_nothing(monkeypatch):
+    """Neither model nor work arrays are made anew; a softened model stays as it is too."""
+    cloth = Cloth(9, 13, stepping=Stepping(substeps_limit=2))
+    assert cloth.advance(0.02, WIND).stiffness_factor < 1.0
+    softened = cloth.model
+    made = []
+    monkeypatch.setattr(simulation, 'Model', lambda *arguments: made.append(arguments))
+    for frame in range(3):
+        cloth.material, cloth.air, cloth.stepping = Material(), Air(), Stepping(substeps_limit=2)
+        cloth.gravity, cloth.solver, cloth.precision = 9.81 - frame, 'symplectic', 'float64'
+        cloth.stretch_limit, cloth.pole = 1.0, None
+        cloth.advance(0.02, WIND)
+    assert made == [] and cloth.model is softened
+
+
+def test_whole_numbers_of_steps_may_come_as_floats():
+    """The compiled loops over them would not take one."""
+    stepping = Stepping(substeps=30.0, substeps_limit=100.0)
+    assert [type(stepping.substeps), type(stepping.substeps_limit)] == [int, int]
+    assert Cloth(3, 3, stepping=stepping).advance(0.01, WIND).granted == 30
+    with pytest.raises(ValueError, match='substeps must be a whole number, not 3.5'):
+        Stepping(substeps=3.5)
 
 
 def test_terms_with_coefficient_zero_are_as_if_they_were_not_there():

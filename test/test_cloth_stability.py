@@ -17,9 +17,12 @@ import math
 import os
 
 from flag_sim.cloth import Air, Cloth, Diverged, Material, Stepping
+from flag_sim.cloth.divergence import MAX_SPEED
 from flag_sim.cloth.energy import bending_energy, elastic_energy, kinetic_energy
+from flag_sim.cloth.material import VACUUM
 from flag_sim.cloth.mesh import Mesh, PRECISIONS
 from flag_sim.cloth.model import Model
+from flag_sim.cloth.pressure import LAWS
 from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.cloth.stability import damping_bound, frequency_bound, plan
 import numpy as np
@@ -102,7 +105,7 @@ def test_the_symplectic_step_is_stable_up_to_its_largest_and_not_beyond(omega, g
         matrix = np.array([[1.0 + h * v_row[0], h * v_row[1]], v_row])
         return np.abs(np.linalg.eigvals(matrix)).max()
 
-    largest = SOLVERS['symplectic'].largest_step(omega, gamma, drag=False)
+    largest = SOLVERS['symplectic'].largest_step(omega, gamma, VACUUM)
     assert growth(0.999 * largest) <= 1.0 + 1e-12
     assert growth(1.001 * largest) > 1.0 + 1e-6
 
@@ -117,7 +120,7 @@ def test_plans_ask_for_what_the_material_needs():
     """Fixed substeps are taken where they are stable, and refined where they are not."""
     def planned(dt=0.01, omega=1000.0, gamma=0.0, **dials):
         return plan(dt, omega, gamma,
-                    lambda w, g: SOLVERS['symplectic'].largest_step(w, g, drag=False),
+                    lambda w, g: SOLVERS['symplectic'].largest_step(w, g, VACUUM),
                     Stepping(step_safety=0.5, **dials))
 
     assert planned() == (10, 10, 1.0, 1.0)
@@ -135,7 +138,7 @@ def test_plans_ask_for_what_the_material_needs():
 def test_a_softened_cloth_is_stable_in_the_steps_granted(gamma, limit):
     """And keeps its damping ratio up to the critical."""
     def largest(omega, rate):
-        return SOLVERS['symplectic'].largest_step(omega, rate, drag=True)
+        return SOLVERS['symplectic'].largest_step(omega, rate, Air())
 
     omega, dt = 4000.0, 0.04
     steps = plan(dt, omega, gamma, largest, Stepping(step_safety=1.0, substeps_limit=limit))
@@ -159,6 +162,11 @@ def random_dials(rng, rows, columns, length, width):
     return material, Stepping(substeps_limit=int(rng.choice([1, 10, 100, 300])))
 
 
+def random_air(rng):
+    """Return air of any law, as thick and as rough as the node's dials go and far thinner."""
+    return Air(10.0**rng.uniform(-3.0, 3.0), 10.0**rng.uniform(-2.0, 2.0), rng.choice(list(LAWS)))
+
+
 def random_wind(rng):
     """Return a wind of up to 200 m/s from any side."""
     wind = rng.normal(size=3)
@@ -176,26 +184,39 @@ def greatest_energy(cloth, dt, wind):
     Return what the kinetic energy cannot exceed after a frame of dt [s], by theory [J].
 
     All energy U of the frame's beginning may become kinetic. The wind's power on a face is
-    rho C_d / 2 A (W - v)^2 v, at most at v = W / 3; weight's is at most M g v <= g sqrt(2 M E).
-    So dE/dt <= P + g sqrt(2 M E), and sqrt(E) <= sqrt(U + P t) + g t sqrt(M / 2). The area is that
-    of a cloth stretched to its limit both ways.
+    rho C_d / 2 A (W - v)^2 v, at most at v = W / 3; by the linear law rho C_d / 2 A (W - v) v, at
+    most at v = W / 2. The area is that of a cloth stretched to its limit both ways. Weight's power
+    is at most M g v <= g sqrt(2 M E). So dE/dt <= P + g sqrt(2 M E), and
+    sqrt(E) <= sqrt(U + P t) + g t sqrt(M / 2). By the letter of 1.3 there is no such P, but a
+    force of at most 2 W newtons on a node, or 2 W over the node's mass more to g.
     """
     model = Model(cloth.mesh, cloth.material)
     energy = (kinetic_energy(model, cloth.velocities) + elastic_energy(model, cloth.positions)
               + bending_energy(model, cloth.positions))
     area = cloth.mesh.length * cloth.mesh.width
-    power = (0.5 * cloth.air.density * cloth.air.drag_coefficient * area
-             * (1.0 + cloth.stretch_limit)**2 * 4.0 / 27.0 * np.linalg.norm(wind)**3)
-    fall = cloth.gravity * dt * math.sqrt(0.5 * cloth.material.area_density * area)
+    speed, most, gravity = np.linalg.norm(wind), 0.0, cloth.gravity
+    if cloth.air.law == 'quadratic':
+        most = 4.0 / 27.0 * speed**3
+    elif cloth.air.law == 'linear':
+        most = 0.25 * speed**2
+    else:
+        gravity += 2.0 * speed / model.cell_mass
+    power = cloth.air.drag * area * (1.0 + cloth.stretch_limit)**2 * most
+    fall = gravity * dt * math.sqrt(0.5 * cloth.material.area_density * area)
     return (math.sqrt(energy + power * dt) + fall)**2
 
 
-SWAPPED = (1.0 + 0.45 * math.sqrt(3.0)) / (1.0 - 0.45 * math.sqrt(3.0))
-"""
-How much kinetic energy symplectic steps of h omega = 0.9 sqrt(3) may make of elastic energy.
+def swapped(cloth):
+    """
+    Return how much kinetic energy symplectic steps may make of elastic energy.
 
-What they keep is v^2 + omega^2 x^2 - h omega^2 x v, between 1 -+ h omega / 2 of the true energy.
-"""
+    What they keep is v^2 + omega^2 x^2 - h omega^2 x v, between 1 -+ h omega / 2 of the true
+    energy, with h omega at most step_safety sqrt(4 - 2 r) in air that takes r of a velocity.
+    """
+    half = 0.5 * cloth.stepping.step_safety * math.sqrt(4.0 - 2.0 * cloth.air.greatest_rate(1))
+    return (1.0 + half) / (1.0 - half)
+
+
 EXTREMES = int(os.environ.get('FLAG_SIM_EXTREMES', 200))
 """Random cloths per solver; the soak test asks for more."""
 
@@ -213,33 +234,44 @@ def rounded(cloth):
     return 4.0 * (inside * extent + outside * max(cloth.hoist_top)) / mesh.dx
 
 
+BOUNDED = [name for name in SOLVERS if name not in ('euler', 'seed')]
+"""The methods that diverge in no material and no air."""
+
+
 @pytest.mark.parametrize('precision', PRECISIONS)
-@pytest.mark.parametrize('solver', ['symplectic', 'xpbd', 'implicit'])
+@pytest.mark.parametrize('solver', BOUNDED)
 @pytest.mark.parametrize('part', range(10))
 def test_random_extremes_stay_bounded(solver, part, precision):
     """
     Finite, within reach of the hoist, and no faster than wind and weight can make them.
 
-    The dials change twice on the way.
+    The dials change twice on the way. A frame may be refused for its speed only where the letter
+    of 1.3, whose push nothing weakens, can make a node so fast; it then leaves all as it was.
     """
     rng = np.random.default_rng(part)
     for _ in range(EXTREMES // 10):
         shape = rng.integers(2, 22), rng.integers(2, 32), *10.0**rng.uniform(-1.0, 1.0, 2)
         material, stepping = random_dials(rng, *shape)
         limit = rng.choice([0.1, 0.5, 1.0, 3.0])
-        cloth = Cloth(*shape, material=material, air=Air(1.2, 2.0), stepping=stepping,
+        cloth = Cloth(*shape, material=material, air=random_air(rng), stepping=stepping,
                       solver=solver, stretch_limit=limit, precision=precision)
         dt, wind = 10.0**rng.uniform(-5.0, 0.0), random_wind(rng)
         for frame in range(9):
             if frame in (3, 6):
                 cloth.material, cloth.stepping = random_dials(rng, *shape)
-                wind = random_wind(rng)
-            greatest = greatest_energy(cloth, dt, wind)
-            cloth.advance(dt, wind)
+                cloth.air, wind = random_air(rng), random_wind(rng)
+            greatest = swapped(cloth) * greatest_energy(cloth, dt, wind)
+            before = cloth.positions
+            try:
+                cloth.advance(dt, wind)
+            except Diverged:
+                lightest = 0.25 * Model(cloth.mesh, cloth.material).cell_mass
+                assert cloth.air.law == 'seed' and 2.0 * greatest > lightest * MAX_SPEED**2
+                assert np.array_equal(cloth.positions, before)
             assert np.isfinite(cloth.positions).all() and np.isfinite(cloth.velocities).all()
             assert reach(cloth) <= (1.0 + limit) * (1.0 + rounded(cloth))
             moved = kinetic_energy(Model(cloth.mesh, cloth.material), cloth.velocities)
-            assert moved <= SWAPPED * greatest
+            assert moved <= greatest
 
 
 @pytest.mark.parametrize('solver', SOLVERS)
@@ -313,7 +345,7 @@ def test_reach_and_pole_hold_together(part):
 @pytest.mark.parametrize('omega, gamma', [(1.0, 0.0), (30.0, 1.0), (1.0, 5.0), (0.0, 3.0)])
 def test_the_largest_steps_of_higher_orders_are_stable(solver, omega, gamma):
     """The spectral radius of one step for a single mode, by the method's own definition."""
-    h = 0.999 * SOLVERS[solver].largest_step(omega, gamma, drag=False)
+    h = 0.999 * SOLVERS[solver].largest_step(omega, gamma, VACUUM)
 
     def rate(x, v):
         return -omega**2 * x - gamma * v

@@ -17,12 +17,13 @@ import math
 
 from flag_sim.cloth import Air, Cloth, Material, Stepping
 from flag_sim.cloth.forces import Forcing
+from flag_sim.cloth.material import VACUUM
 from flag_sim.cloth.model import Model
 from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.cloth.state import State
 import numpy as np
 import pytest
-from support.cloths import energy, hanging, VACUUM
+from support.cloths import energy, hanging
 
 LIMP = Material(stiffness=0.0, shear_stiffness=0.0, bend_stiffness=0.0)
 

@@ -23,11 +23,12 @@ is rounding. The lattice's own distance from the continuum is its discretisation
 import math
 
 from flag_sim.cloth import Cloth, Material, Stepping
+from flag_sim.cloth.material import VACUUM
 from flag_sim.cloth.solvers import SOLVERS
 import numpy as np
 import pytest
 from scipy.special import jn_zeros
-from support.cloths import hanging, highest_frequency, VACUUM
+from support.cloths import hanging, highest_frequency
 
 
 def _symplectic(z):

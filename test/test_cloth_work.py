@@ -21,11 +21,12 @@ error, and falls with its step at its order, down to the error of the quadrature
 """
 from flag_sim.cloth import Air, Cloth, Material, Stepping
 from flag_sim.cloth.energy import kinetic_energy
+from flag_sim.cloth.material import VACUUM
 from flag_sim.cloth.solvers import SOLVERS
 import numpy as np
 import pytest
 from scipy.integrate import romb
-from support.cloths import energy, model_of, VACUUM
+from support.cloths import energy, model_of
 
 WIND = (6.0, 8.0, 1.0)
 SPAN, SAMPLES = 0.1, 2**8

@@ -15,7 +15,7 @@
 """Measured limits against eigenvalues and bounds, outcomes of known cases, maps that resume."""
 import math
 
-from flag_sim.cloth import Cloth, Material
+from flag_sim.cloth import Air, Cloth, Material
 from flag_sim.cloth.forces import Forcing
 from flag_sim.cloth.model import Model
 from flag_sim.nodes.dials import NODES
@@ -82,7 +82,7 @@ def test_a_method_without_a_limit_has_none_and_one_without_a_promise_breaks_it(m
 def test_a_raw_method_is_stable_below_its_bound_and_diverges_far_above(solver, mesh):
     """The factor 2.4 is the one of the test above."""
     wind = Forcing(breaking.blowing(6.0))
-    bound = breaking.largest_step(solver, Material(), mesh)
+    bound = breaking.largest_step(solver, Material(), mesh, Air())
     assert breaking.raw(solver, Material(), wind, bound, mesh) == breaking.STABLE
     assert breaking.raw(solver, Material(), wind, 2.4 * bound, mesh) == breaking.DIVERGING
 

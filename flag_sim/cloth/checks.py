@@ -56,6 +56,26 @@ def whole(name, value, low, high):
     return int(number)
 
 
+def wholes(record, names, low, high):
+    """Make fields of a frozen dataclass ints within limits, or raise ValueError (see whole)."""
+    for name in names:
+        object.__setattr__(record, name, whole(name, getattr(record, name), low, high))
+
+
+def instance(name, value, kind):
+    """Return value; raises ValueError unless it is of the kind, a class."""
+    if not isinstance(value, kind):
+        raise ValueError(f'{name} must be of class {kind.__name__}, not {value!r}')
+    return value
+
+
+def choice(name, value, choices):
+    """Return value; raises ValueError unless it is one of the choices, which are words."""
+    if not isinstance(value, str) or value not in choices:
+        raise ValueError(f'{name} must be one of {sorted(choices)}, not {value!r}')
+    return value
+
+
 def vector(name, value, largest):
     """Return value as three floats; raises ValueError unless they are at most largest in size."""
     numbers = array(name, value, (3,), largest)

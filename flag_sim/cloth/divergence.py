@@ -35,15 +35,15 @@ def broken_bound(state):
     return ''
 
 
-def advice(name, step, safety, omega, gamma, drag):
+def advice(name, step, safety, omega, gamma, air):
     """
     Say which step would have been stable, instead of one of step [s] with the solver so named.
 
     safety: the part of the largest stable step that is used. omega, gamma: bounds of frequencies
-    and damping rates [1/s] (see stability). drag: whether the wind acts on the cloth.
+    and damping rates [1/s] (see stability). air: what the wind acts by.
     """
     def stable(solver):
-        return safety * SOLVERS[solver].stable_step(omega, gamma, drag)
+        return safety * SOLVERS[solver].stable_step(omega, gamma, air)
 
     own = stable(name)
     if own == 0.0:

@@ -44,9 +44,9 @@ class Coefficients(NamedTuple):
     spring_rest: tuple  # the lengths at rest of the same [m]
     bend: tuple         # across, down, twist [N/m]
     gravity: float      # g [m/s2]
-    drag: float         # rho C_d / 2 [kg/m3]
-    drag_rate: float    # dF/du_n / m of a face over the flux [1/m3], or over its area (linear)
-    law: int            # of the wind: wind.QUADRATIC, LINEAR or SEED
+    drag: float         # of Air [kg/m3]
+    drag_rate: float    # the same over a face's mass [1/m3]
+    law: int            # of the wind: pressure.QUADRATIC, LINEAR or SEED
     order: int          # of the method, to which drag is kept from overshooting
     node_damping: float  # nu [1/s]
     pole: tuple         # x, y, radius [m]

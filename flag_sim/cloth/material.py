@@ -16,10 +16,7 @@
 from dataclasses import dataclass
 
 from flag_sim.cloth import checks
-from flag_sim.cloth.wind import LINEAR, QUADRATIC, SEED
-
-LAWS = {'quadratic': QUADRATIC, 'linear': LINEAR, 'seed': SEED}
-"""The laws of the wind by the names that users choose them by."""
+from flag_sim.cloth.pressure import GREATEST_RATE, LAWS
 
 
 @dataclass(frozen=True)
@@ -65,6 +62,8 @@ class Air:
     law: of the force on a face. quadratic: rho C_d / 2 A |u_n| u_n n; linear: rho C_d / 2 A u_n n
     times 1 m/s; seed: n (n . w), newtons for metres per second (1.3 to the letter), which knows
     neither the face's area nor its velocity, nor density and drag_coefficient but for their zero.
+    The first two never make the cloth faster than the wind; nothing weakens the push of the third,
+    which may fling light cloth out of all bounds (see divergence).
     Raises ValueError for a negative or non-finite value and for an unknown law.
     """
 
@@ -75,5 +74,18 @@ class Air:
     def __post_init__(self):
         """Refuse what no air can be."""
         checks.fields(self, ['density', 'drag_coefficient'], prefix='air.', low=0.0)
-        if self.law not in LAWS:
-            raise ValueError(f'air.law must be one of {sorted(LAWS)}, not {self.law!r}')
+        checks.choice('air.law', self.law, LAWS)
+
+    @property
+    def drag(self):
+        """Return the factor of the law [kg/m3]: rho C_d / 2, 1 for 1.3; 0 if the wind is off."""
+        drag = 0.5 * self.density * self.drag_coefficient
+        return 1.0 if self.law == 'seed' and drag > 0.0 else drag
+
+    def greatest_rate(self, order):
+        """Return how much of a velocity the drag takes in a step of a method at most."""
+        return GREATEST_RATE[self.law][order] if self.drag > 0.0 else 0.0
+
+
+VACUUM = Air(density=0.0)
+"""Nothing that a wind could act by."""

@@ -17,7 +17,7 @@ import math
 
 from flag_sim.cloth.bending import bend_constants
 from flag_sim.cloth.forces import Coefficients
-from flag_sim.cloth.material import LAWS
+from flag_sim.cloth.pressure import LAWS
 from flag_sim.cloth.springs import dashpot_constants, spring_constants
 
 
@@ -52,15 +52,10 @@ class Model:
 
     def coefficients(self, forcing, order):
         """Return the numbers that kernels of a method of this order need under the forcing."""
-        air = forcing.air
-        drag = 0.5 * air.density * air.drag_coefficient
-        rate = drag / (0.5 * self.cell_mass)
-        if air.law == 'quadratic':
-            rate *= 2.0  # the derivative of a square
-        elif air.law == 'seed' and drag > 0.0:
-            drag, rate = 1.0, 0.0
+        drag = forcing.air.drag
+        face_mass = 0.5 * self.cell_mass
         number = self.mesh.number
         return Coefficients(
             number(self.spring_k), number(self.spring_c), number(self.spring_rest),
-            number(self.bend), number(forcing.gravity), number(drag), number(rate), LAWS[air.law],
-            order, number(self.material.node_damping), number(forcing.pole))
+            number(self.bend), number(forcing.gravity), number(drag), number(drag / face_mass),
+            LAWS[forcing.air.law], order, number(self.material.node_damping), number(forcing.pole))

@@ -61,17 +61,18 @@ class Cloth:
                  pinned=True, material=None, air=None, gravity=9.81, stepping=None,
                  solver='symplectic', stretch_limit=1.0, pole=None,
                  precision='float64', threads=1):
-        self._hoist_top = checks.vector('hoist_top', hoist_top, MAX_HOIST)
-        self._material = material or Material()
+        hoist_top = checks.vector('hoist_top', hoist_top, MAX_HOIST)
+        self._material = checks.instance('material', material or Material(), Material)
         self.air = air or Air()
         self.gravity = gravity
         self.stepping = stepping or Stepping()
         self.pole = pole
         self.held = 0
         self._crew = Crew(checks.whole('threads', threads, 0, MAX_THREADS))
-        self._solver_name = _known_solver(solver)
-        self._put_on(Mesh(rows, columns, length, width, pinned, precision))
+        self._solver_name = checks.choice('solver', solver, SOLVERS)
+        self._put_on(Mesh(rows, columns, length, width, pinned, precision), hoist_top)
         self.reset()
+        self._stretch_limit = None
         self.stretch_limit = stretch_limit
 
     @property
@@ -91,8 +92,27 @@ class Cloth:
 
     @material.setter
     def material(self, material):
-        self._material = material
-        self._remodel()
+        checks.instance('material', material, Material)
+        if material != self._material:
+            self._remodel(self._mesh, material, self._solver_name)
+
+    @property
+    def air(self):
+        """Return the air that carries the wind."""
+        return self._air
+
+    @air.setter
+    def air(self, air):
+        self._air = checks.instance('air', air, Air)
+
+    @property
+    def stepping(self):
+        """Return how frames are divided into steps."""
+        return self._stepping
+
+    @stepping.setter
+    def stepping(self, stepping):
+        self._stepping = checks.instance('stepping', stepping, Stepping)
 
     @property
     def model(self):
@@ -115,8 +135,10 @@ class Cloth:
 
     @stretch_limit.setter
     def stretch_limit(self, limit):
-        self._stretch_limit = checks.finite('stretch_limit', limit, 0.0, 1e6)
-        self._hold()
+        limit = checks.finite('stretch_limit', limit, 0.0, 1e6)
+        if limit != self._stretch_limit:
+            self._stretch_limit = limit
+            self._hold()
 
     @property
     def pole(self):
@@ -137,8 +159,8 @@ class Cloth:
 
     @solver.setter
     def solver(self, name):
-        self._solver_name = _known_solver(name)
-        self._remodel()
+        if checks.choice('solver', name, SOLVERS) != self._solver_name:
+            self._remodel(self._mesh, self._material, name)
 
     @property
     def precision(self):
@@ -149,7 +171,8 @@ class Cloth:
     def precision(self, precision):
         if precision != self._mesh.precision:
             old, positions, velocities = self._mesh, self.positions, self.velocities
-            self._put_on(Mesh(old.rows, old.columns, old.length, old.width, old.pinned, precision))
+            self._put_on(Mesh(old.rows, old.columns, old.length, old.width, old.pinned, precision),
+                         self._hoist_top)
             self.place(positions, velocities)
 
     @property
@@ -179,8 +202,7 @@ class Cloth:
         hoist_top = checks.vector('hoist_top', hoist_top, MAX_HOIST)
         old = self._mesh
         mesh = Mesh(old.rows, old.columns, length, width, old.pinned, old.precision)
-        self._hoist_top = hoist_top
-        self._put_on(mesh)
+        self._put_on(mesh, hoist_top)
         self.reset()
 
     def regrid(self, rows, columns):
@@ -189,7 +211,7 @@ class Cloth:
         mesh = Mesh(rows, columns, old.length, old.width, old.pinned, old.precision)
         positions = resample(self.positions, mesh.rows, mesh.columns)
         velocities = resample(self.velocities, mesh.rows, mesh.columns)
-        self._put_on(mesh)
+        self._put_on(mesh, self._hoist_top)
         self.place(positions, velocities)
 
     def advance(self, dt, wind=(0.0, 0.0, 0.0)):
@@ -234,7 +256,7 @@ class Cloth:
 
     def _planned(self, dt):
         """Return the Plan for a frame, and make the solver ready to carry it out."""
-        largest_step = functools.partial(self._solver.largest_step, drag=self._has_drag())
+        largest_step = functools.partial(self._solver.largest_step, air=self.air)
         steps = plan(dt, *self._bounds, largest_step, self.stepping, self._solver.useful_step)
         factors = (steps.stiffness_factor, steps.damping_factor)
         if factors != self._solver.model.factors:
@@ -247,32 +269,23 @@ class Cloth:
         if broken:
             self._state.data[...] = self._last_good
             way_out = advice(self.solver, step, self.stepping.step_safety, *self._bounds,
-                             self._has_drag())
+                             self.air)
             raise Diverged(f'{broken} with solver {self.solver} in {steps.granted} steps of '
                            f'{step:.3g} s; the cloth is held where the frame began; {way_out}')
 
-    def _has_drag(self):
-        """Tell whether the wind acts on the cloth."""
-        return self.air.density * self.air.drag_coefficient > 0.0
-
-    def _put_on(self, mesh):
+    def _put_on(self, mesh, hoist_top):
         """Take a mesh, with room for its state, the next one, and one to fall back on."""
-        self._mesh = mesh
-        self._state = State(mesh, self._hoist_top)
-        self._spare = State(mesh, self._hoist_top)
-        self._last_good = self._state.data.copy()
+        state, spare = State(mesh, hoist_top), State(mesh, hoist_top)
+        last_good = state.data.copy()
+        self._remodel(mesh, self._material, self._solver_name)
+        self._hoist_top = hoist_top
+        self._state, self._spare, self._last_good = state, spare, last_good
         self._crew.measure()
-        self._remodel()
 
-    def _remodel(self):
-        """Make the solver for the present mesh, material and method."""
-        model = Model(self._mesh, self._material)
-        self._bounds = (frequency_bound(model), damping_bound(model))
-        self._solver = SOLVERS[self._solver_name](model)
-
-
-def _known_solver(name):
-    """Return the name; raises ValueError unless there is such a solver."""
-    if name not in SOLVERS:
-        raise ValueError(f'solver must be one of {sorted(SOLVERS)}, not {name!r}')
-    return name
+    def _remodel(self, mesh, material, solver_name):
+        """Take a mesh, a material and a method, once their solver is made: all three or none."""
+        model = Model(mesh, material)
+        bounds = frequency_bound(model), damping_bound(model)
+        solver = SOLVERS[solver_name](model)
+        self._mesh, self._material, self._solver_name = mesh, material, solver_name
+        self._bounds, self._solver = bounds, solver

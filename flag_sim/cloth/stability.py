@@ -51,9 +51,9 @@ class Stepping:
 
     def __post_init__(self):
         """Refuse what is no division of a frame."""
-        checks.whole('substeps', self.substeps, 0, 10**6)
+        checks.wholes(self, ['substeps'], 0, 10**6)
         checks.fields(self, ['step_safety'], low=1e-3, high=1.0)
-        checks.whole('substeps_limit', self.substeps_limit, 1, 10**6)
+        checks.wholes(self, ['substeps_limit'], 1, 10**6)
 
 
 class Plan(NamedTuple):

@@ -24,8 +24,7 @@ face's velocity v is the mean of the nodes' with the same shares. So the power o
 F . v, and a flat sheet square to the wind is accelerated alike in all its nodes, corners
 included, because the shares are those of the face's mass.
 """
-import math
-
+from flag_sim.cloth.pressure import divisor, pressure, SEED
 from flag_sim.kernels import inner_kernel, kernel, wide_kernel
 import numpy as np
 
@@ -34,39 +33,16 @@ TINY = 1e-30
 """Squared area [m4] below which a face feels no wind, so that 0 / 0 gives zero, not NaN."""
 
 
-QUADRATIC, LINEAR, SEED = 0, 1, 2
-"""The laws of Air.law by number, for the kernels."""
-
-
 @inner_kernel
-def _pressure(flux, ax, ay, az, drag, hold, law, order):
+def _push(flux, ax, ay, az, drag, hold, law, order):
     """
     Return the factor of the area vector a in the force on a face, given the flux u . a [m3/s].
 
-    drag: rho C_d / 2, of air or of 1.3. hold: dt times the rate below, over |flux| or A.
-    With u_n = flux / A the laws are F = drag s u_n n, where s is |flux| for the quadratic law, A
-    times 1 m/s for the linear one, and 1 for n (n . w) to the letter (1.3).
-
-    Explicit steps of them overshoot once dt is longer than m / (dF/du_n), so F is divided by
-    1 + r^order, r = dt dF/du_n / m: for order 1 that is drag taken implicitly, linearised
-    (Rosenbrock), and for higher orders it is too small to be seen by a method of that order.
-    However long the step and however far the face is stretched, the quadratic law then changes
-    its velocity by at most u_n / 2 in a step.
+    drag: of Air [kg/m3]. hold: the step times drag, over the face's mass [s/m3]. See pressure.
     """
-    number = type(flux)
-    area2 = max(ax * ax + ay * ay + az * az, number(TINY))
-    if law == QUADRATIC:
-        s = abs(flux)
-    elif law == LINEAR:
-        s = math.sqrt(area2)
-    else:
-        s = number(1.0)
-    r = hold * s
-    if order > 1:
-        r = r * r
-    if order > 2:
-        r = r * r
-    return drag * s * flux / (area2 * (number(1.0) + r))
+    area2 = max(ax * ax + ay * ay + az * az, type(flux)(TINY))
+    s, rate = pressure(flux, area2, law)
+    return drag * s * flux / (area2 * divisor(hold * rate, order))
 
 
 @wide_kernel
@@ -74,7 +50,7 @@ def wind_on_faces(position, velocity, wind, drag, hold, law, order, weights, fac
     """
     Fill half the wind's force [N] on the upper and the lower face of each cell (1.3).
 
-    wind: (wx, wy, wz) [m/s]. drag, hold, law, order: see _pressure. faces: six flat arrays, x y z
+    wind: (wx, wy, wz) [m/s]. drag, hold, law, order: see _push. faces: six flat arrays, x y z
     of the upper and of the lower faces.
     """
     x, y, z = position
@@ -100,7 +76,7 @@ def wind_on_faces(position, velocity, wind, drag, hold, law, order, weights, fac
                       half * (px * qy - py * qx))
         flux = ((wx - sx - own * vx[i]) * ax + (wy - sy - own * vy[i]) * ay
                 + (wz - sz - own * vz[i]) * az)
-        f = share * _pressure(flux, ax, ay, az, drag, hold, law, order)
+        f = share * _push(flux, ax, ay, az, drag, hold, law, order)
         upper_x[i], upper_y[i], upper_z[i] = f * ax, f * ay, f * az
 
         px, py, pz = x[s] - x[d], y[s] - y[d], z[s] - z[d]
@@ -109,7 +85,7 @@ def wind_on_faces(position, velocity, wind, drag, hold, law, order, weights, fac
                       half * (px * qy - py * qx))
         flux = ((wx - sx - own * vx[d]) * ax + (wy - sy - own * vy[d]) * ay
                 + (wz - sz - own * vz[d]) * az)
-        f = share * _pressure(flux, ax, ay, az, drag, hold, law, order)
+        f = share * _push(flux, ax, ay, az, drag, hold, law, order)
         lower_x[i], lower_y[i], lower_z[i] = f * ax, f * ay, f * az
 
 

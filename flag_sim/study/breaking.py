@@ -80,10 +80,10 @@ def first_positions(mesh):
     return rest + NOISE * mesh.dx * noise * mesh.grid(mesh.free)[..., None]
 
 
-def largest_step(solver, material, mesh, drag=True):
+def largest_step(solver, material, mesh, air):
     """Return the step [s] that theory promises to be stable: the planner's, at step_safety 1."""
     model = Model(mesh, material)
-    return SOLVERS[solver].largest_step(frequency_bound(model), damping_bound(model), drag=drag)
+    return SOLVERS[solver].largest_step(frequency_bound(model), damping_bound(model), air)
 
 
 def small_mesh():

@@ -15,8 +15,9 @@
 """How much longer than the bound of theory each method's longest stable step truly is."""
 import math
 
-from flag_sim.cloth import Air, Material
+from flag_sim.cloth import Material
 from flag_sim.cloth.forces import Forcing
+from flag_sim.cloth.material import VACUUM
 from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.study import breaking, report
 
@@ -28,7 +29,7 @@ PRECISION = 1.005
 GROWN = 30.0
 """Times its first noise that a wave must grow by, where nothing else moves the cloth."""
 
-STILL = Forcing((0.0, 0.0, 0.0), 0.0, Air(density=0.0))
+STILL = Forcing((0.0, 0.0, 0.0), 0.0, VACUUM)
 """Nothing acts from outside: the springs alone."""
 FORCINGS = {
     'springs alone, first growth': STILL,
@@ -70,7 +71,7 @@ def measured(solver, material, name, mesh):
     """
     forcing = FORCINGS[name]
     far = GROWN * breaking.NOISE * mesh.dx if 'growth' in name else None
-    bound = breaking.largest_step(solver, material, mesh, drag=forcing.air.density > 0.0)
+    bound = breaking.largest_step(solver, material, mesh, forcing.air)
     low, high = (1e-3 * bound, 1e3 * bound) if math.isfinite(bound) else (1e-6, 100.0)
 
     def stable(dt):

@@ -16,7 +16,7 @@
 import math
 import sys
 
-from flag_sim.cloth import Diverged
+from flag_sim.cloth import Air, Diverged
 from flag_sim.cloth.model import Model
 from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.cloth.stability import damping_bound, frequency_bound
@@ -77,7 +77,7 @@ def require(settings):
     fine = cloth_of(on_grid(settings, *FINEST))
     model = Model(fine.mesh, fine.material)
     steps = 1.0 / (settings['rate'] * SOLVERS['symplectic'].largest_step(
-        frequency_bound(model), damping_bound(model)))
+        frequency_bound(model), damping_bound(model), Air()))
     if steps > MOST_STEPS:
         raise ValueError(
             f'the reference, on {FINEST[1]} x {FINEST[0]} nodes, may take at most {MOST_STEPS} '

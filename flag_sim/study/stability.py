@@ -24,6 +24,7 @@ from typing import NamedTuple
 
 from flag_sim.cloth import Material
 from flag_sim.cloth.forces import Forcing
+from flag_sim.cloth.material import Air, VACUUM
 from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.cloth.stability import Stepping
 from flag_sim.study import breaking, maps, report
@@ -171,7 +172,7 @@ def bound(chart, solver, x, y, mesh):
     A frame may be as long as the steps that Cloth grants, each at step_safety of the largest.
     """
     material, speed, dt = chart.of(x, y)
-    largest = breaking.largest_step(solver, material, mesh, drag=speed > 0.0)
+    largest = breaking.largest_step(solver, material, mesh, Air() if speed > 0.0 else VACUUM)
     stepping = Stepping()
     granted = 1.0 if chart.is_raw else stepping.substeps_limit * stepping.step_safety
     return granted * largest / dt

@@ -13,14 +13,11 @@
 # limitations under the License.
 
 """Cloths in simple places, and the numbers that theory speaks of."""
-from flag_sim.cloth import Air
 from flag_sim.cloth.energy import (bending_energy, elastic_energy, kinetic_energy,
                                    potential_energy)
 from flag_sim.cloth.model import Model
 from flag_sim.cloth.stability import frequency_bound
 import numpy as np
-
-VACUUM = Air(density=0.0)
 
 
 def hanging(cloth):

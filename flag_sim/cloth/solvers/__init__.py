@@ -18,8 +18,8 @@ The methods that carry the cloth from one moment to the next, one file each.
 A solver is made for a model, and has
 
     order                                   of its error in the step
-    largest_step(omega, gamma, drag) -> s   that is stable for these bounds
-    stable_step(omega, gamma, drag) -> s    in which nothing grows by itself; 0 if there is none
+    largest_step(omega, gamma, air) -> s   that is stable for these bounds
+    stable_step(omega, gamma, air) -> s    in which nothing grows by itself; 0 if there is none
     useful_step                             the longest worth taking where all are stable
     step(state_in, state_out, forcing, dt)  one step; only the caller advances time
     advance(state, spare, forcing, dt, count) -> state   many steps in one compiled call

@@ -70,22 +70,23 @@ class Euler(Solver):
     is_shared = True
 
     @staticmethod
-    def largest_step(omega, gamma, drag=True):
+    def largest_step(omega, gamma, air):
         """
         Return the largest step [s] that is stable for stretch, which the dashpots damp.
 
         The amplification matrix has determinant 1 - h gamma + h^2 omega^2, at most 1 where
-        h <= gamma / omega^2, which is the same for all modes whose dashpots go with their springs;
-        overdamped modes need h gamma <= 1. Without dashpots no step is stable; half of what
-        the symplectic method takes then only delays the end.
+        h <= gamma / omega^2, which is the same for all modes whose dashpots go with their springs.
+        Overdamped modes need h gamma <= 2, the rate of the air's drag included: half is left to
+        that, which is at most 1. Without dashpots no step is stable; half of what the symplectic
+        method takes then only delays the end.
         """
-        del drag  # implicit, it never overshoots here
+        del air
         if gamma == 0.0:
             return 1.0 / omega if omega > 0.0 else math.inf
         return min(gamma / omega**2, 1.0 / gamma) if omega > 0.0 else 1.0 / gamma
 
     @classmethod
-    def stable_step(cls, omega, gamma, drag=True):
+    def stable_step(cls, omega, gamma, air):
         """Return 0: no step is stable for waves across a taut sheet, which nothing damps."""
-        del omega, gamma, drag
+        del omega, gamma, air
         return 0.0

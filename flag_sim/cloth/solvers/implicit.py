@@ -150,7 +150,7 @@ class Implicit(Solver):
         self._scratch = (Matrix.of(fields), fields[-9:-6], fields[-6:-3], fields[-3:])
 
     @staticmethod
-    def largest_step(omega, gamma, drag=True):
+    def largest_step(omega, gamma, air):
         """Return infinity: no step is unstable."""
-        del omega, gamma, drag
+        del omega, gamma, air
         return math.inf

@@ -25,7 +25,8 @@ import math
 from typing import NamedTuple
 
 from flag_sim.cloth.bending import add_moments, set_moments
-from flag_sim.cloth.wind import add_faces, LINEAR, QUADRATIC
+from flag_sim.cloth.pressure import pressure
+from flag_sim.cloth.wind import add_faces
 from flag_sim.kernels import inner_kernel
 import numpy as np
 
@@ -96,7 +97,7 @@ def set_springs(position, weights, spring_k, spring_c, spring_rest, matrix, dt, 
 
 @inner_kernel
 def _set_face(position, velocity, wind, i, j, k, at, weight, drag, law, nx, ny, nz):
-    """Set what the face with its right angle in i does to its nodes; drag: h rho C_d / 2."""
+    """Set what the face with its right angle in i does to its nodes; drag: h times that of Air."""
     number = type(drag)
     half, quarter = number(0.5), number(0.25)
     x, y, z = position
@@ -106,22 +107,17 @@ def _set_face(position, velocity, wind, i, j, k, at, weight, drag, law, nx, ny, 
     ax, ay, az = (half * (py * qz - pz * qy), half * (pz * qx - px * qz),
                   half * (px * qy - py * qx))
     area2 = max(ax * ax + ay * ay + az * az, number(TINY_AREA2))
-    if law == QUADRATIC:
-        flux = ((wind[0] - half * vx[i] - quarter * (vx[j] + vx[k])) * ax
-                + (wind[1] - half * vy[i] - quarter * (vy[j] + vy[k])) * ay
-                + (wind[2] - half * vz[i] - quarter * (vz[j] + vz[k])) * az)
-        rate = abs(flux + flux)
-    elif law == LINEAR:
-        rate = math.sqrt(area2)
-    else:
-        rate = number(0.0)  # 1.3 to the letter does not ask how fast the face is
+    flux = ((wind[0] - half * vx[i] - quarter * (vx[j] + vx[k])) * ax
+            + (wind[1] - half * vy[i] - quarter * (vy[j] + vy[k])) * ay
+            + (wind[2] - half * vz[i] - quarter * (vz[j] + vz[k])) * az)
+    _, rate = pressure(flux, area2, law)
     size = math.sqrt(weight * drag * rate / area2)
     nx[at], ny[at], nz[at] = size * ax, size * ay, size * az
 
 
 @inner_kernel
 def set_faces(position, velocity, wind, weights, drag, law, matrix, dt, span):
-    """Fill the wind's part of the matrix: the derivative of the laws that `wind` describes."""
+    """Fill the wind's part of the matrix: the derivative of the laws of `pressure`."""
     ux, uy, uz, lx, ly, lz = matrix.faces
     first, last, stride = span
     for i in range(first, last):

@@ -98,15 +98,15 @@ class RK4(Solver):
     take_steps = staticmethod(_take_steps)
     is_shared = True
 
-    @staticmethod
-    def largest_step(omega, gamma, drag=True):
+    @classmethod
+    def largest_step(cls, omega, gamma, air):
         """
         Return the largest stable step [s] for frequencies and damping rates up to omega and gamma.
 
-        A mode's rates l, with l^2 + gamma l + omega^2 = 0, lie within the half disc of radius
-        max |l|. Drag counts as at most h gamma = max r (1 - r^4) / (1 + r^4)^2 = 0.41.
+        A mode's rates l obey l^2 + g l + z = 0, with z up to omega^2 and g up to gamma and the
+        drag's rate; whichever they are, |l| is at most the greater of sqrt(z) and g. Within the
+        half disc of radius RADIUS all is stable; the drag's rate is given in steps.
         """
-        radius = RADIUS - 0.41 if drag else RADIUS
-        root = math.sqrt(max(gamma**2 - 4.0 * omega**2, 0.0))
-        rate = max(omega, 0.5 * (gamma + root) if gamma > 2.0 * omega else 0.0)
-        return radius / rate if rate > 0.0 else math.inf
+        by_waves = RADIUS / omega if omega > 0.0 else math.inf
+        by_damping = (RADIUS - air.greatest_rate(cls.order)) / gamma if gamma > 0.0 else math.inf
+        return min(by_waves, by_damping)

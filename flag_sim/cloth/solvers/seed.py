@@ -16,6 +16,7 @@
 from flag_sim.cloth.forces import set_forces
 from flag_sim.cloth.gate import meet
 from flag_sim.cloth.holds import hold_outside
+from flag_sim.cloth.material import VACUUM
 from flag_sim.cloth.solvers.solver import Solver
 from flag_sim.cloth.solvers.symplectic import Symplectic
 from flag_sim.kernels import kernel, shared_kernel, wide_kernel
@@ -84,12 +85,12 @@ class Seed(Solver):
     is_shared = True
 
     @staticmethod
-    def largest_step(omega, gamma, drag=True):
+    def largest_step(omega, gamma, air):
         """Return the symplectic method's; its dashpots are stronger, for steps below a second."""
-        del drag
-        return Symplectic.largest_step(omega, gamma, drag=False)
+        del air
+        return Symplectic.largest_step(omega, gamma, VACUUM)
 
     @classmethod
-    def stable_step(cls, omega, gamma, drag=True):
+    def stable_step(cls, omega, gamma, air):
         """Return 0 in the wind: cloth that flees it by metres per step hardly weakens its push."""
-        return 0.0 if drag else cls.largest_step(omega, gamma, drag)
+        return 0.0 if air.drag > 0.0 else cls.largest_step(omega, gamma, air)

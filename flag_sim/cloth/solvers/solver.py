@@ -30,8 +30,8 @@ class Solver:
     order: of its error in the step. scratch: flat fields that its kernel needs beside the forces'.
     useful_step: the longest step [s] worth taking, for methods whose largest stable one is
     infinite. take_steps: the kernel; is_shared: whether it meets others at work.gate, so that
-    threads can share its steps. largest_step(omega, gamma, drag): the largest stable step [s] for
-    frequencies and damping rates up to omega and gamma.
+    threads can share its steps. largest_step(omega, gamma, air): the largest stable step [s] for
+    frequencies and damping rates up to omega and gamma, in the drag of an Air.
     """
 
     order = 1
@@ -45,9 +45,9 @@ class Solver:
         self._scratch = (tuple(model.mesh.fields(self.scratch)),) if self.scratch else ()
 
     @classmethod
-    def stable_step(cls, omega, gamma, drag=True):
+    def stable_step(cls, omega, gamma, air):
         """Return the largest step [s] in which no motion can grow by itself; 0 if none is."""
-        return cls.largest_step(omega, gamma, drag)
+        return cls.largest_step(omega, gamma, air)
 
     def step(self, state_in, state_out, forcing, dt):
         """Read one state and write the state dt [s] later into another."""

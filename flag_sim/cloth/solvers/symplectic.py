@@ -76,16 +76,16 @@ class Symplectic(Solver):
     take_steps = staticmethod(_take_steps)
     is_shared = True
 
-    @staticmethod
-    def largest_step(omega, gamma, drag=True):
+    @classmethod
+    def largest_step(cls, omega, gamma, air):
         """
         Return the largest stable step [s] for frequencies and damping rates up to omega and gamma.
 
         A mode obeys v' = v - h (omega^2 x + gamma v), x' = x + h v'. Its amplification matrix has
         determinant 1 - h gamma and trace 2 - h gamma - h^2 omega^2: both its eigenvalues are
-        within the unit circle (Jury) where h^2 omega^2 + 2 h gamma <= 4. The implicit drag takes
-        at most half of a velocity in a step, as h gamma = 1/2 would: with it, at most 3 is left.
+        within the unit circle (Jury) where h^2 omega^2 + 2 h gamma <= 4. The drag of the air adds
+        its own rate to h gamma, and keeps twice its greatest of these 4.
         """
-        room = 3.0 if drag else 4.0
+        room = 4.0 - 2.0 * air.greatest_rate(cls.order)
         rate = gamma + math.sqrt(gamma**2 + room * omega**2)
         return room / rate if rate > 0.0 else math.inf

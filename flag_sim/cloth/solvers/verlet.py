@@ -95,15 +95,15 @@ class Verlet(Solver):
     take_steps = staticmethod(_take_steps)
     is_shared = True
 
-    @staticmethod
-    def largest_step(omega, gamma, drag=True):
+    @classmethod
+    def largest_step(cls, omega, gamma, air):
         """
         Return the largest stable step [s] for frequencies and damping rates up to omega and gamma.
 
         With z = h^2 omega^2 and g = h gamma, x, h v and h^2 a obey a matrix of characteristic
         polynomial l^3 - (2 - z - 3/2 g) l^2 + (1 - 2 g) l + g/2, whose roots are within the unit
-        circle (Jury) where z + 4 g <= 4. Drag counts as at most g = max r / (1 + r^2)^2 = 0.325.
+        circle (Jury) where z + 4 g <= 4. The drag of the air adds its own rate to g.
         """
-        room = 0.675 if drag else 1.0
+        room = 1.0 - air.greatest_rate(cls.order)
         rate = gamma + math.sqrt(gamma**2 + room * omega**2)
         return 2.0 * room / rate if rate > 0.0 else math.inf

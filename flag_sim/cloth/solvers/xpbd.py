@@ -221,7 +221,7 @@ class XPBD(Solver):
     take_steps = staticmethod(_take_steps)
 
     @staticmethod
-    def largest_step(omega, gamma, drag=True):
+    def largest_step(omega, gamma, air):
         """Return infinity: no step is unstable."""
-        del omega, gamma, drag
+        del omega, gamma, air
         return math.inf
