@@ -21,7 +21,7 @@ import time
 
 from flag_sim.nodes import messages
 from flag_sim.nodes.bag import Bag
-from flag_sim.nodes.complaints import Waiting
+from flag_sim.nodes.complaints import Refusals, Waiting
 from flag_sim.nodes.dials import RECORDER
 from flag_sim.nodes.frames import Arrival, FrameOrder
 from flag_sim.nodes.life import run
@@ -71,6 +71,7 @@ class Recorder(DialNode):
         self._whole = collections.OrderedDict()  # stamps of the latest whole frames
         self._order = FrameOrder()
         self._takes = 0
+        self._refusals = Refusals()
         self._offset = self._newest = 0
         self._copies = self._lost = 0
         self._stopwatch = Stopwatch()
@@ -113,6 +114,11 @@ class Recorder(DialNode):
 
     def _write(self, name, topic, data):
         stamp = serialized_stamp(data)
+        if stamp < 0:  # a bag counts its times from 0
+            reason = f'a message on {name} is not recorded: its stamp {stamp / 1e9} s is before 0'
+            if self._refusals.is_worth_saying(reason, time.monotonic()):
+                self.get_logger().warning(reason)
+            return
         if name in self._every_frame:
             if stamp in self._whole:
                 self._copies += 1
