@@ -121,6 +121,17 @@ def test_from_the_wind_on_each_log_names_the_next_node(tmp_path, domain, pace):
         assert 'no such node' not in graph.log('wind').partition('is done')[2]
 
 
+def test_a_recorder_says_which_topic_a_frame_lacks(tmp_path, domain):
+    """In lockstep everybody waits for it: here nobody draws."""
+    with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
+        graph.start('recorder', '-p', f'path:={tmp_path / "bag"}')
+        graph.start('wind', '-p', 'pace:=lockstep', '-p', 'wait_for:=[recorder]')
+        eventually(lambda: 'for camera/image_raw of the frame at 0.000 s: nobody publishes it'
+                   in graph.log('recorder'), watcher)
+        eventually(lambda: 'waiting for recorder (its log says why)' in graph.log('wind'), watcher)
+        assert graph.end('recorder') == 0
+
+
 def test_vertices_that_are_not_drawn_say_why(tmp_path, domain):
     """Played beside a wind, they wait for its parameters; once it is gone, they are drawn."""
     with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:

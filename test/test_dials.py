@@ -13,6 +13,8 @@
 # limitations under the License.
 
 """Dials: what is accepted, what is refused, and that all places agree on them."""
+import array
+
 from flag_sim.cloth.material import Air, LAWS, Material
 from flag_sim.cloth.mesh import PRECISIONS
 from flag_sim.cloth.solvers import SOLVERS
@@ -51,13 +53,15 @@ def test_good_values_come_back_in_the_dials_type(dial, value, expected):
     (COLOR, [1.0, 2.0]), (COLOR, [1.0, 2.0, 256.0]), (COLOR, 'red'), (COLOR, 4),
     (Dial('k', 3, 'count', '', 0, 9), 2.5), (Dial('k', 3, 'count', '', 0, 9), 10),
     (Dial('b', False, 'switch'), 1), (Dial('w', 'a', 'word', choices=('a', 'b')), 'c'),
+    (NUMBER, array.array('d', [1.0])), (COLOR, array.array('d', [1.0])),
     (Dial('l', [], 'names', item=str), [1]), (Dial('l', [], 'names', item=str), 'x'),
 ])
 def test_bad_values_are_refused_with_the_rule_and_the_value(dial, value):
     """The message holds the name, the rule and what was given."""
     with pytest.raises(ValueError) as refusal:
         dial.accept(value)
-    for part in (dial.name, dial.rule, repr(value)):
+    given = value.tolist() if isinstance(value, array.array) else value
+    for part in (dial.name, dial.rule, f'not {given!r}'):
         assert part in str(refusal.value)
 
 

@@ -13,6 +13,9 @@
 # limitations under the License.
 
 """An animation that is edited while it plays: what is taken, what is refused, what goes on."""
+import math
+
+from flag_sim.nodes.dials import WIND
 from flag_sim.nodes.graph import Graph
 from flag_sim.nodes.messages import read_parameters
 import numpy as np
@@ -96,6 +99,16 @@ def test_what_cannot_be_played_is_refused_and_the_animation_goes_on(played, name
     assert not result.successful and said in result.reason
     played.assert_goes_on()
     assert {key: list(played.watcher.get(played.client, key)) for key in SPEED} == SPEED
+
+
+def test_no_number_may_be_none(played):
+    """Each dial of the wind that is a number refuses NaN and infinity."""
+    for dial in WIND:
+        if type(dial.default) in (int, float):
+            for value in (math.nan, math.inf, -math.inf):
+                result = played.watcher.put(played.client, dial.name, value)
+                assert not result.successful and f'not {value}' in result.reason
+    played.assert_goes_on()
 
 
 @pytest.mark.parametrize('way', ['load', 'put_atomically'])

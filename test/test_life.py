@@ -19,8 +19,10 @@ import signal
 import subprocess
 import sys
 
+from builtin_interfaces.msg import Time
 from flag_sim.nodes.graph import Graph
 from flag_sim.nodes.messages import to_stamp
+from geometry_msgs.msg import Vector3Stamped
 import pytest
 from std_msgs.msg import Empty, Header
 from support.shot import film, messages_of, SHOT, SMALL
@@ -165,6 +167,24 @@ def test_a_second_take_in_a_bag_is_told_once(tmp_path, domain):
             reset.publish(Empty())
         assert graph.end('recorder') == 0
         assert '3 takes' in graph.log('recorder')
+
+
+def test_a_recorder_survives_a_stamp_that_no_bag_holds(tmp_path, domain):
+    """A message typed with a time before 0 is told of and left out; the next one is recorded."""
+    with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
+        out, done = watcher.publisher('keyframe'), watcher.listen('frame_done')
+        wind = watcher.publisher('wind')
+        graph.start('recorder', '-p', f'path:={tmp_path / "bag"}', '-p',
+                    'topics:=[keyframe, wind]')
+
+        def send():
+            out.publish(Header(stamp=Time(sec=-5)))
+            wind.publish(Vector3Stamped(header=Header(stamp=Time(sec=1))))
+        eventually(lambda: send() or 'its stamp -5.0 s is before 0' in graph.log('recorder')
+                   and done, watcher)
+        assert graph.end('recorder') == 0, graph.log('recorder')
+    assert not messages_of(tmp_path / 'bag', '/keyframe')
+    assert [time for time, _ in messages_of(tmp_path / 'bag', '/wind')] == [10**9]
 
 
 def test_single_steps(tmp_path, domain):

@@ -118,7 +118,8 @@ def test_a_ros2_of_wheels_hands_its_libraries_to_nobody(tmp_path):
         patch.chdir(ROOT)
         patch.setattr(setuptools, 'setup', lambda **arguments: None)
         forward = runpy.run_path('setup.py')['FORWARD']
-    for path, script in (('lib/flag_sim/wind', forward), ('bin/wind', '#!/bin/sh\necho "$1"; env')):
+    say = '#!/bin/sh\necho "$1"; env'
+    for path, script in (('lib/flag_sim/wind', forward), ('bin/wind', say)):
         (tmp_path / path).parent.mkdir(parents=True)
         (tmp_path / path).write_text(script)
         (tmp_path / path).chmod(0o755)

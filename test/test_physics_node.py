@@ -14,11 +14,13 @@
 
 """The physics node given what is wrong, and time and dials that jump: it refuses or goes on."""
 from dataclasses import replace
+import math
 import re
 import time
 
 from flag_sim.cloth import Cloth
 from flag_sim.nodes import messages
+from flag_sim.nodes.dials import PHYSICS, SCENE
 from flag_sim.nodes.frames import Tag
 from flag_sim.nodes.parameters import BadParameter
 from flag_sim.nodes.physics import Physics
@@ -88,6 +90,7 @@ def test_a_wind_that_is_none_is_refused_and_nothing_is_lost(bench, capfd, wind):
     ({'gravity': float('inf')}, 'not inf'),
     ({'grid.rows': 1}, 'grid.rows must be a whole number from 2'),
     ({'grid.columns': 10**9}, 'not 1000000000'),
+    ({'grid.columns': 100000, 'grid.rows': 100000}, 'not 100000'),
     ({'grid.rows': 5.0}, 'not 5.0'),
     ({'solver': 'magic'}, "not 'magic'"),
     ({'stiffness': 'soft'}, "not 'soft'"),
@@ -105,6 +108,20 @@ def test_a_keyed_value_that_is_none_is_refused_and_nothing_is_lost(bench, capfd,
     assert 'a message on parameters is refused' in said and rule in said
     bench.hear(right)
     assert np.array_equal(play(bench, COUNT - 7, 7), library(COUNT))
+
+
+def test_no_number_may_be_none(bench, capfd):
+    """Each dial of the node that is a number refuses NaN and infinity, set and keyed."""
+    numbers = [dial.name for dial in SCENE + PHYSICS
+               if type(dial.default) in (int, float) and not dial.fixed]
+    assert len(numbers) > 20
+    for name in numbers:
+        for value in (math.nan, math.inf, -math.inf):
+            result = bench.put(**{name: value})
+            assert not result.successful
+            assert name in result.reason and f'not {value}' in result.reason
+            assert bench.frame(0.0, keyed={f'physics.{name}': value}) is None
+    assert np.array_equal(play(bench, COUNT), library(COUNT))
 
 
 @pytest.mark.parametrize('arguments, rule', [

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Solvers that change while a real node runs, as by `ros2 param set /physics solver rk4`."""
+"""Solvers and precisions that change while a real node runs, as by `ros2 param set` on physics."""
 from flag_sim.cloth import Cloth
 from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.nodes import messages
@@ -22,7 +22,10 @@ import numpy as np
 from support.watch import eventually, Watcher
 
 WIND = (6.0, 2.0, 0.5)
-STAMPS = [round(n * 1e9 / 30.0) for n in range(10 + 4 * len(SOLVERS))]
+# Every solver, then the precision there and back.
+SWITCHES = [*(('solver', name) for name in [*SOLVERS][::-1]), ('precision', 'float32'),
+            ('precision', 'float64')]
+STAMPS = [round(n * 1e9 / 30.0) for n in range(10 + 4 * len(SWITCHES))]
 
 
 def of_stamp(clouds, stamp):
@@ -30,14 +33,14 @@ def of_stamp(clouds, stamp):
     return [cloud for cloud in clouds if messages.to_stamp(cloud.header.stamp) == stamp]
 
 
-def test_solvers_take_over_from_one_another_without_a_jump(tmp_path, domain):
+def test_solvers_and_precisions_take_over_from_one_another_without_a_jump(tmp_path, domain):
     """
     Each for four frames, in another process, over DDS: the motion is the library's to the bit.
 
     And no frame moves the cloth three times as far as the one before, nor a third as far: a
     velocity in other units or lost would.
     """
-    turns = {10 + 4 * n: solver for n, solver in enumerate([*SOLVERS][::-1])}
+    turns = {10 + 4 * n: switch for n, switch in enumerate(SWITCHES)}
     cloth = Cloth()
     flights = []
     with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
@@ -47,8 +50,8 @@ def test_solvers_take_over_from_one_another_without_a_jump(tmp_path, domain):
         for n, stamp in enumerate(STAMPS):
             before = cloth.positions
             if n in turns:
-                assert watcher.put(client, 'solver', turns[n]).successful
-                cloth.solver = turns[n]
+                assert watcher.put(client, *turns[n]).successful
+                setattr(cloth, *turns[n])
             frame = messages.parameters_message('/wind', Tag(stamp, 1, n, n), WIND, {})
             # Sending again is harmless, and needed until the node's reader is known.
             eventually(lambda: parameters.publish(frame) or of_stamp(clouds, stamp), watcher)

@@ -211,6 +211,18 @@ def test_odd_views_are_drawn(small, values):
     np.testing.assert_array_equal(rgb, small.expected(wave(5, 7))[0])
 
 
+def test_no_number_may_be_none(small):
+    """Each dial of the node that holds numbers refuses NaN and infinity."""
+    for dial in SCENE + RENDERER:
+        if isinstance(dial.default, (str, bool)) or dial.fixed:
+            continue
+        for value in (math.nan, math.inf, -math.inf):
+            result = small.renderer.set_parameters_atomically([to_parameter(
+                dial.name, [value] * dial.length if dial.is_list else value)])
+            assert not result.successful
+            assert dial.name in result.reason and str(value) in result.reason
+
+
 @pytest.mark.parametrize('values', [
     {'flag__color': [0.0, 0.0, 256.0]}, {'background': [-1.0, 0.0, 0.0]},
     {'pole__color': [1.0, 2.0]}, {'platform__color': [math.nan, 0.0, 0.0]},

@@ -17,7 +17,7 @@ import time
 
 from flag_sim.nodes.flight import Flight
 from flag_sim.nodes.messages import to_stamp
-from flag_sim.nodes.topics import subscribe
+from flag_sim.nodes.topics import publishers, subscribe
 from rclpy.exceptions import InvalidNodeNameException
 from rclpy.validate_node_name import validate_node_name
 
@@ -110,11 +110,9 @@ class Delivery(Flight):
 
     def _how(self, name):
         """Return a node's name, with what is known of a node that cannot have answered."""
-        node = self._node
-        ends = node.get_publishers_info_by_topic(node.resolve_topic_name('frame_done'))
-        if name in [end.node_name for end in ends]:
+        if name in publishers(self._node, 'frame_done').split(', '):
             return f'{name} (its log says why)'
-        if name in node.get_node_names():
+        if name in self._node.get_node_names():
             return f'{name} (still starting, its log says why)'
         return f'{name} (no such node is running)'
 

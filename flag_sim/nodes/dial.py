@@ -94,4 +94,5 @@ class Dial:
         return one
 
     def _refusal(self, value):
+        value = value.tolist() if hasattr(value, 'tolist') else value
         return ValueError(f'{self.name} must be {self.rule}, not {value!r}')

@@ -153,14 +153,14 @@ class Physics(FrameServer):
                 f'substeps = {asked} is not stable: the frame needs {plan.demanded} steps and '
                 f'gets {plan.granted}')
         elif self._refined and not refined:
-            self.get_logger().info('frames get the steps that they are set to get again')
+            self.get_logger().info('frames get the steps that substeps sets again')
         self._refined = refined
         softened = min(plan.stiffness_factor, plan.damping_factor) < 1.0
         if softened and not self._softened:
             self.get_logger().warning(
                 f'the frame needs {plan.demanded} steps and substeps_limit allows {plan.granted}: '
                 f'stiffness is lowered to {plan.stiffness_factor:.3g} and damping to '
-                f'{plan.damping_factor:.3g} of what is set')
+                f'{plan.damping_factor:.3g} of what is set; a greater substeps_limit avoids it')
         elif self._softened and not softened:
             self.get_logger().info('stiffness and damping are as they are set again')
         self._softened = softened

@@ -21,12 +21,13 @@ import time
 
 from flag_sim.nodes import messages
 from flag_sim.nodes.bag import Bag
+from flag_sim.nodes.complaints import Refusals, Waiting
 from flag_sim.nodes.dials import RECORDER
 from flag_sim.nodes.frames import Arrival, FrameOrder
 from flag_sim.nodes.life import run
 from flag_sim.nodes.parameters import BadParameter, DialNode
 from flag_sim.nodes.stopwatch import Stopwatch
-from flag_sim.nodes.topics import publish, subscribe, TOPICS
+from flag_sim.nodes.topics import publish, publishers, subscribe, TOPICS
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.serialization import deserialize_message
 
@@ -70,6 +71,7 @@ class Recorder(DialNode):
         self._whole = collections.OrderedDict()  # stamps of the latest whole frames
         self._order = FrameOrder()
         self._takes = 0
+        self._refusals = Refusals()
         self._offset = self._newest = 0
         self._copies = self._lost = 0
         self._stopwatch = Stopwatch()
@@ -78,6 +80,7 @@ class Recorder(DialNode):
             self._record(name)
         if 'parameters' not in self.values['topics']:
             subscribe(self, 'parameters', self._follow_takes, raw=True)
+        self._waiting = Waiting(self, self._lacking, lambda: self._stopwatch.frames)
         self.get_logger().info(f'recording {", ".join(self.values["topics"])} into {path}')
 
     def _record(self, name):
@@ -111,6 +114,11 @@ class Recorder(DialNode):
 
     def _write(self, name, topic, data):
         stamp = serialized_stamp(data)
+        if stamp < 0:  # a bag counts its times from 0
+            reason = f'a message on {name} is not recorded: its stamp {stamp / 1e9} s is before 0'
+            if self._refusals.is_worth_saying(reason, time.monotonic()):
+                self.get_logger().warning(reason)
+            return
         if name in self._every_frame:
             if stamp in self._whole:
                 self._copies += 1
@@ -137,6 +145,17 @@ class Recorder(DialNode):
         self._newest = max(self._newest, stamp + self._offset)
         if name in self._every_frame and not self._missing[stamp]:
             self._finish_frame(stamp)
+
+    def _lacking(self):
+        """Return in words what a frame after the last whole one lacks, or ''."""
+        last = next(reversed(self._whole), -1)
+        stamp = min((stamp for stamp in self._missing if stamp > last), default=None)
+        if stamp is None or self._is_full:
+            return ''
+        name = min(self._missing[stamp], key=self.values['topics'].index)
+        senders = publishers(self, name)
+        return f'{name} of the frame at {stamp / 1e9:.3f} s: ' + (
+            f'{senders} has not sent it, its log says why' if senders else 'nobody publishes it')
 
     def _finish_frame(self, stamp):
         del self._missing[stamp]

@@ -23,7 +23,7 @@ from flag_sim.nodes.dials import RENDERER, SCENE
 from flag_sim.nodes.frames import Tag
 from flag_sim.nodes.life import compiling, run
 from flag_sim.nodes.server import FrameServer
-from flag_sim.nodes.topics import DEPTH, publish, subscribe
+from flag_sim.nodes.topics import DEPTH, publish, publishers, subscribe
 from flag_sim.settings import look_of
 import numpy as np
 
@@ -112,19 +112,15 @@ class Renderer(FrameServer):
         lacking = [tag.stamp for tag in self._order.waiting.values() if not self.is_ready(tag)]
         if lacking:
             frame = f'vertices of the frame at {min(lacking) / 1e9:.3f} s'
-            senders = self._names_of('vertices')
+            senders = publishers(self, 'vertices')
             return (f'{frame}: {senders} has not sent them, its log says why' if senders else
                     f'{frame}: nobody publishes them, is physics running?')
         # A single cloud may be a late copy; nobody plays that.
         if len(self._clouds) > 1:
             return (f'parameters of the frame at {min(self._clouds) / 1e9:.3f} s, whose vertices '
-                    f'have come: {self._names_of("parameters")} publishes parameters, but not of '
-                    'this frame; end it, and vertices are drawn alone')
+                    f'have come: {publishers(self, "parameters")} publishes parameters, but not '
+                    'of this frame; end it, and vertices are drawn alone')
         return ''
-
-    def _names_of(self, topic):
-        ends = self.get_publishers_info_by_topic(self.resolve_topic_name(topic))
-        return ', '.join(sorted({end.node_name for end in ends}))
 
     def _end_grace(self):
         self.destroy_timer(self._grace)

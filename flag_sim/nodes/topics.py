@@ -67,6 +67,12 @@ def publish(node, name):
     return node.create_publisher(TOPICS[name].message, name, **_quality())
 
 
+def publishers(node, name):
+    """Return the names of the nodes that publish a topic, as `node` knows it: in words, or ''."""
+    ends = node.get_publishers_info_by_topic(node.resolve_topic_name(name))
+    return ', '.join(sorted({end.node_name for end in ends}))
+
+
 def subscribe(node, name, callback, raw=False):
     """Subscribe `node` to topic `name` of `TOPICS`; raw: the callback gets serialised bytes."""
     return node.create_subscription(TOPICS[name].message, name, callback, raw=raw, **_quality())
