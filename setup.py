@@ -59,7 +59,7 @@ class InstallData(Distribution().get_command_class('install_data')):
 setup(
     name=NAME,
     version='0.1.0',
-    description='A flag in the wind, simulated and filmed on the CPU, as three ROS 2 nodes',
+    description='A flag in the wind, simulated and filmed on the CPU, as ROS 2 nodes',
     author='The flag_sim Authors',
     maintainer='The flag_sim Authors',
     maintainer_email='maintainers@users.noreply.h-seed-e027b529.example',
@@ -110,6 +110,7 @@ setup(
             'embreex>=4.4,<5; platform_machine == "x86_64"',
             'moderngl>=5.10,<6; platform_machine == "x86_64"',
             'catkin_pkg>=1,<2',
+            'setuptools>=65.5',  # which environments of Python 3.12 have no more by themselves
             'ros-kilted-ament-flake8>=0.19.2,<0.20',
             'ros-kilted-ament-pep257>=0.19.2,<0.20',
             'ros-kilted-ament-lint>=0.19.2,<0.20',

@@ -32,11 +32,16 @@ ROOT = Path(__file__).resolve().parents[1]
 # the name that pip knows them by. A ROS package is called by one name everywhere.
 LIBRARIES = {
     'PIL': ('python3-pil', 'pillow'),
+    'catkin_pkg': ('python3-catkin-pkg-modules', 'catkin_pkg'),
+    'hypothesis': ('python3-hypothesis', 'hypothesis'),
     'llvmlite': ('python3-numba', 'numba'),  # which is built on it
     'matplotlib': ('python3-matplotlib', 'matplotlib'),
     'numba': ('python3-numba', 'numba'),
     'numpy': ('python3-numpy', 'numpy'),
+    'pytest': ('python3-pytest', 'pytest'),
     'rosbags': ('python3-rosbags-pip', 'rosbags'),
+    'scipy': ('python3-scipy', 'scipy'),
+    'setuptools': ('python3-setuptools', 'setuptools'),
     'tqdm': ('python3-tqdm', 'tqdm'),
     'yaml': ('python3-yaml', 'pyyaml'),
 }
@@ -58,16 +63,35 @@ def setup():
     return taken
 
 
-def imported():
-    """Return the names at the top of all imports in flag_sim/ that Python does not bring."""
+def names_of(nodes):
+    """Return the first names of what is imported among nodes of a syntax tree."""
     names = set()
-    for path in sorted((ROOT / 'flag_sim').rglob('*.py')):
-        for node in ast.walk(ast.parse(path.read_text())):
-            if isinstance(node, ast.Import):
-                names.update(alias.name.split('.')[0] for alias in node.names)
-            elif isinstance(node, ast.ImportFrom) and node.level == 0:
-                names.add(node.module.split('.')[0])
+    for node in nodes:
+        if isinstance(node, ast.Import):
+            names.update(alias.name.split('.')[0] for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.level == 0:
+            names.add(node.module.split('.')[0])
+    return names
+
+
+def imported():
+    """Return the names that flag_sim/ imports and that Python does not bring."""
+    names = set()
+    for path in (ROOT / 'flag_sim').rglob('*.py'):
+        names |= names_of(ast.walk(ast.parse(path.read_text())))
     return sorted(names - set(sys.stdlib_module_names) - {'flag_sim'})
+
+
+def imported_by_tests():
+    """
+    Return the names that the tests cannot do without and that Python does not bring.
+
+    What is imported within a function is other programs, without which their tests are skipped.
+    """
+    tests = [path for folder in ('test', 'test/support') for path in (ROOT / folder).glob('*.py')]
+    names = set().union(*(names_of(ast.parse(path.read_text()).body) for path in tests))
+    own = {'flag_sim', 'support', *(path.stem for path in tests)}
+    return sorted(names - set(sys.stdlib_module_names) - own)
 
 
 def test_package_is_valid(package):
@@ -94,14 +118,27 @@ def test_changelog_has_the_version(package):
     assert newest == package.version
 
 
-@pytest.mark.parametrize('name', imported())
-def test_import_is_declared(name, package, setup):
+def assert_declared(name, depends, setup, extras):
+    """Assert that package.xml's `depends` and setup.py's `extras` have what is imported."""
     in_rosdep, in_pip = LIBRARIES.get(name, (name, 'ros-kilted-' + name.replace('_', '-')))
-    assert in_rosdep in [depend.name for depend in package.exec_depends]
+    assert in_rosdep in [depend.name for depend in depends]
     requirements = list(setup['install_requires'])
-    for extra in ('ros', 'record', 'pictures', 'study'):
+    for extra in extras:
         requirements += setup['extras_require'][extra]
     assert in_pip in [re.match(r'[\w-]+', requirement)[0] for requirement in requirements]
+
+
+EXTRAS = ('ros', 'record', 'pictures', 'study')
+
+
+@pytest.mark.parametrize('name', imported())
+def test_import_is_declared(name, package, setup):
+    assert_declared(name, package.exec_depends, setup, EXTRAS)
+
+
+@pytest.mark.parametrize('name', imported_by_tests())
+def test_import_of_the_tests_is_declared(name, package, setup):
+    assert_declared(name, package.exec_depends + package.test_depends, setup, (*EXTRAS, 'test'))
 
 
 def test_every_executable_is_a_module(setup):

@@ -13,6 +13,9 @@
 # limitations under the License.
 
 """Tune, from the command to a params file that the nodes would take, and what can go wrong."""
+from pathlib import Path
+import re
+
 from flag_sim.nodes.dials import NODES
 from flag_sim.study import reference, search, tune
 from flag_sim.study.trial import Trials
@@ -32,6 +35,12 @@ def small(monkeypatch, tmp_path):
         '/wind:\n  ros__parameters:\n    speed: 7\n'
         '/renderer:\n  ros__parameters:\n    width: 64\n    height: 48\n'
         '    camera.target: [1, 0.0, 7.85]\n    outline: true\n')
+
+
+def assert_names_its_nodes(text):
+    """Assert that a params file tells to give it to just those nodes that it has values for."""
+    told = re.search('# Give it to (.*), after your own params file', text)[1]
+    assert [f'/{node}' for node in re.split(', | and ', told)] == list(yaml.safe_load(text))
 
 
 def run(folder, error_px, *more, rate=30.0):
@@ -70,6 +79,14 @@ def test_the_file_is_one_that_the_nodes_take(tmp_path, capsys):
                         'outline': True}
     assert physics['grid.columns'] < 13
     assert [path.name for path in sorted(tmp_path.iterdir())] == ['mine.yaml', 'tuned.yaml']
+    assert_names_its_nodes(text)
+
+
+@pytest.mark.parametrize('preset', ['preview', 'accurate'])
+def test_the_presets_that_it_made_name_their_nodes(preset):
+    """As what it writes today does."""
+    config = Path(__file__).resolve().parents[1] / 'config'
+    assert_names_its_nodes((config / f'{preset}.yaml').read_text())
 
 
 def test_a_budget_that_cannot_be_met_is_told(tmp_path):

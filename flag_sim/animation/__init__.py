@@ -12,4 +12,10 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Keyframes: values that change with time, and the laws between them."""
+"""
+Keyframes, and the wind that they play.
+
+A key is a value at a time; a track is the keys of one value (Blender: F-curve; glTF: sampler); the
+law of a segment is how the value goes from its key to the next (interpolation mode); a timeline
+plays many tracks, once or in a loop. Built on one another: laws, tracks, timeline.
+"""

@@ -12,30 +12,49 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Laws of motion between two neighbouring keys: how a value goes from one to the next."""
+"""
+Laws of motion between two neighbouring keys: interpolation, one segment at a time.
+
+Between keys (t0, y0) and (t1, y1) a law is a function of f = (t - t0) / (t1 - t0), in [0, 1), and
+of the values `before` = y0 and `after` = y1.
+
+| law    | curve                            | smooth at keys | glTF        | Blender      |
+|--------|----------------------------------|----------------|-------------|--------------|
+| step   | y0                               | jumps          | STEP        | Constant     |
+| linear | y0 + (y1 - y0) f                 | has corners    | LINEAR      | Linear       |
+| ease   | y0 + (y1 - y0) (3 f^2 - 2 f^3)   | rests there    |             | ease in, out |
+| cubic  | Hermite, monotone slopes (PCHIP) | C1             | CUBICSPLINE | Bezier       |
+
+glTF and Blender store a cubic's slopes with the keys; here they follow from the keys.
+"""
 import numpy as np
 
 
 def step(fraction, before, after):
-    """Hold the earlier key's value until the later key."""
+    """Return the earlier key's value: it holds until the later key."""
     del fraction, after
     return before
 
 
 def linear(fraction, before, after):
-    """Go from one value to the next at constant speed; `fraction` of the way, in [0, 1)."""
+    """Return the value on the straight line: it changes at constant speed."""
     return before + (after - before) * fraction
 
 
 def ease(fraction, before, after):
-    """Start and arrive at rest: the smoothstep 3 f^2 - 2 f^3."""
+    """
+    Return the value on the smoothstep: it starts and arrives at rest.
+
+    3 f^2 - 2 f^3 is the cubic with value 0 and slope 0 at f = 0, value 1 and slope 0 at f = 1.
+    """
     return linear(fraction * fraction * (3.0 - 2.0 * fraction), before, after)
 
 
 def cubic(fraction, before, after, slope_before, slope_after):
     """
-    Go along the cubic Hermite curve with the given slopes, in values per segment.
+    Return the value on the cubic Hermite curve with slopes m0 and m1, in values per segment.
 
+    With g = 1 - f: y0 (1 + 2 f) g^2 + y1 (1 + 2 g) f^2 + m0 f g^2 - m1 f^2 g.
     With the slopes of `monotone_slopes` it never overshoots the keys.
     """
     f, g = fraction, 1.0 - fraction
@@ -44,7 +63,7 @@ def cubic(fraction, before, after, slope_before, slope_after):
 
 
 LAWS = {'step': step, 'linear': linear, 'ease': ease, 'cubic': cubic}
-"""Law by name, the common set of glTF, OpenUSD and Blender."""
+"""Law by name."""
 
 HOLDS = (bool, np.bool_, str)
 """Types that have no states in between: only `step` can lead from one value to the next."""
@@ -54,8 +73,10 @@ def monotone_slopes(times, values):
     """
     Return slopes (n, ...) at n >= 2 keys for which Hermite cubics are monotone where the keys are.
 
-    times: (n,) [s]; values: (n, ...). Within, the weighted harmonic mean of the neighbouring
-    secants, zero where they differ in sign; at the ends, one-sided parabolas, limited.
+    times: (n,) [s]; values: (n, ...); the slopes are in values per second. Between segments of
+    widths h, H and secants (slopes of the straight lines) d, D it is their weighted harmonic mean
+    m = 3 (h + H) / ((h + 2 H) / d + (2 h + H) / D), and 0 where d and D differ in sign: there the
+    key is an extremum. At the ends it is that of `_end_slope`. Known as PCHIP (MATLAB, SciPy).
     Fritsch and Butland, A Method for Constructing Local Monotone Piecewise Cubic Interpolants,
     SIAM J. Sci. Stat. Comput. 5, 1984.
     """
@@ -77,7 +98,12 @@ def monotone_slopes(times, values):
 
 
 def _end_slope(width, next_width, secant, next_secant):
-    """Return the slope of the parabola through three keys at its end, kept monotone."""
+    """
+    Return the slope at its end of the parabola through the three keys there, kept monotone.
+
+    0 if it points away from the next key; where the secants differ in sign at most 3 times the
+    first, the bound of Fritsch and Carlson (1980). Moler, Numerical Computing with MATLAB, ch. 3.
+    """
     slope = ((2.0 * width + next_width) * secant - width * next_secant) / (width + next_width)
     slope = np.where(slope * secant <= 0.0, 0.0, slope)
     too_steep = (secant * next_secant <= 0.0) & (np.abs(slope) > 3.0 * np.abs(secant))

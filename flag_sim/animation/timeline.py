@@ -24,8 +24,9 @@ class Timeline:
     """
     What a shot's keys say at any time.
 
-    tracks: {name: Track}; events: [(time [s], name)], in any order.
-    loop: after its last key or event everything begins again, while time goes on.
+    tracks: {name: Track}; events: [(time [s], name)], in any order (Blender: markers).
+    loop: after the last key or event of all, everything begins again while time goes on (cyclic
+    extrapolation); a track whose keys end earlier holds until then.
     Raises ValueError for a loop that is too short.
     """
 

@@ -12,7 +12,12 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Tracks: one keyed value through time (the source text's keys and key frames, 1.5)."""
+"""
+Tracks: one keyed value through time (the source text's keys and key frames, 1.5).
+
+What Blender calls an F-curve and glTF an animation sampler: keys, a law of interpolation for each
+segment between two of them, and constant extrapolation outside.
+"""
 import bisect
 import itertools
 import math
@@ -102,7 +107,7 @@ class Track:
 
     def at(self, time):
         """
-        Return the value at `time` [s]; before the first and after the last key it holds.
+        Return the value at `time` [s]; before the first and after the last key theirs.
 
         At a key it is exactly the key's value; a vector comes as a list (k,).
         """

@@ -84,10 +84,11 @@ def play(shot, frames, out):
                     break
             graph.wait('recorder', 10.0)
             progress.bar.close()
-            for name in graph.failed() or [n for n in graph.processes
-                                           if progress.bar.n < frames]:
+            is_whole = progress.bar.n >= frames
+            # Whoever failed knows why; where nobody did, any node may.
+            for name in graph.failed() or ([] if is_whole else graph.processes):
                 print(f'--- {name} said:\n{graph.log(name)}', file=sys.stderr)
-            return progress.frames_per_second if progress.bar.n >= frames else None
+            return progress.frames_per_second if is_whole else None
 
 
 def main(args=None):

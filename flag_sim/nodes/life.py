@@ -31,10 +31,10 @@ from rclpy.task import Future
 from rclpy.utilities import remove_ros_args
 
 
-# Held for as long as the process lives: a socket that nobody holds is closed.
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # of glibc's malloc.h
 LARGEST_KEPT = 32 << 20  # the most that glibc takes [bytes]: an rgb8 image of 3840 x 2160 fits
 
+# Held for as long as the process lives: a socket that nobody holds is closed.
 _signal_sockets = socket.socketpair()
 
 

@@ -36,7 +36,12 @@ def kernels_of(values):
 
 
 class Physics(FrameServer):
-    """Publishes `vertices` for every frame that `parameters` announces."""
+    """
+    Publishes `vertices` for every frame that `parameters` announces.
+
+    A frame's wind and values hold for the whole time from the frame before to it (a zero-order
+    hold), so where they change the motion depends on `rate`, to first order in its period.
+    """
 
     def __init__(self):
         super().__init__('physics', SCENE + PHYSICS)

@@ -61,8 +61,9 @@ def main(args=None):
             shutil.rmtree(work)
             raise
         chosen = search.chosen(verdict.option.name)
-        params.write(output, _promise(options, search, verdict, errors, watch.others()),
-                     params.blocks(changed(settings, chosen), chosen))
+        blocks = params.blocks(changed(settings, chosen), chosen)
+        params.write(output,
+                     _promise(options, search, verdict, errors, watch.others(), blocks), blocks)
     except (ValueError, FileExistsError) as problem:
         parser.error(str(problem))
     except KeyboardInterrupt:
@@ -73,8 +74,13 @@ def main(args=None):
     return 0 if verdict.is_accurate and verdict.is_fast else 1
 
 
-def _promise(options, search, verdict, errors, others):
-    """Return the lines of the params file's comment: what it promises, and what it misses."""
+def _promise(options, search, verdict, errors, others, blocks):
+    """
+    Return the lines of the params file's comment: what it promises, and what it misses.
+
+    blocks: {node: {dial: value}} of what is in the file.
+    """
+    *nodes, last = (node for node, values in blocks.items() if values)
     own = search.settings
     today = datetime.date.today().isoformat()
     cost, frame_ms = verdict.option.cost_ms, 1e3 / options.rate
@@ -85,7 +91,7 @@ def _promise(options, search, verdict, errors, others):
         + ('' if others is None else f' (others took {others:.1f} of them)') + ',',
         f'for a picture of {own["width"]} x {own["height"]} pixels and a camera at '
         f'{own["camera.distance"]:g} m.',
-        'Give it to all nodes, after your own params file.',
+        f'Give it to {", ".join(nodes)} and {last}, after your own params file.',
         '',
         f'Error: {error.rms(errors):.2g} px (RMS) after {1e3 * search.window_s:.0f} ms, in '
         f'{len(errors)} windows of a shot that it',
