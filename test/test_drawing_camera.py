@@ -87,11 +87,6 @@ def test_distance_zero_stands_in_the_target():
     assert np.isfinite(camera.pose).all()
 
 
-def test_pose_inverse():
-    camera = Camera(roll=0.3, elevation=0.4)
-    np.testing.assert_allclose(camera.pose @ camera.pose_inverse, np.eye(4), atol=1e-14)
-
-
 def test_intrinsic_matrix_puts_pixel_centres_at_whole_numbers():
     camera = Camera(width=640, height=480, vertical_fov=math.pi / 2.0)
     np.testing.assert_allclose(camera.K, [[240, 0, 319.5], [0, 240, 239.5], [0, 0, 1]])

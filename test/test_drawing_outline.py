@@ -75,12 +75,15 @@ def test_edges_are_bresenhams_lines(hidden_surface):
             (u, v) for u, v in expected if 0 <= u < 41 and 0 <= v < 31}
 
 
-def test_hidden_edges_stay_hidden():
+@pytest.mark.parametrize('order', [1, -1])
+def test_hidden_edges_stay_hidden(order):
     camera = Camera()
     flag, wall = wave(), wave()
     wall[..., 1] = -1.0  # a sheet that stands before the other one, joined at the lower edge
     wall = wall[::-1]
     both = np.concatenate([flag, wall])
+    # The hidden sheet is drawn before the other one, and after it.
+    wall, both = wall[::order], both[::order]
     alone, hidden = (Picture().draw(cloth, None, camera, LIGHT, Materials(Material(RED)), NOTHING,
                                     Style(outline=True)) for cloth in (wall, both))
     picture = Picture()

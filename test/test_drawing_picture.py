@@ -43,7 +43,7 @@ def cast_rays(camera, flag, scene):
     x, y = ((u - camera.centre[0]) / camera.focal).ravel(), \
         ((v - camera.centre[1]) / camera.focal).ravel()
     nearest = np.full(x.size, np.inf)
-    turn = camera.pose_inverse[:3, :3]
+    turn = camera.pose[:3, :3].T
     if camera.is_perspective:
         origins = np.tile(camera.position, (x.size, 1))
         ways = np.column_stack([x, y, np.ones_like(x)]) @ turn.T
@@ -286,6 +286,40 @@ def test_a_bad_vertex_takes_its_triangles_alone(bad):
     assert (picture.draw(flag, scene=NOTHING) == background).all()
 
 
+@pytest.mark.parametrize('elevation', [math.pi / 2, -math.pi / 2])
+def test_through_the_platforms_hole_the_background_is_seen(elevation):
+    scene, light = Scene(pole_visible=False), Light(intensity=0.0, ambient=1.0)
+    camera = Camera(200, 200, target=(0, 0, 0.15), distance=2.0, elevation=elevation)
+    picture = Picture()
+    rgb = picture.draw(wave() + [9.0, 0.0, 0.0], camera=camera, light=light, scene=scene)
+    u, v = np.meshgrid(*2 * [np.arange(200) - 99.5])
+    # The nearer rim at depth 1.85 hides none of the farther one at 2.15, which is the smaller.
+    outwards = np.hypot(u, v) / camera.focal
+    is_open, is_body = outwards < 0.048 / 2.15, (outwards > 0.052 / 1.85) & (outwards < 0.2)
+    assert is_open.sum() > 50
+    assert (rgb[is_open] == (180, 240, 240)).all() and np.isinf(picture.depth()[is_open]).all()
+    assert (rgb[is_body] == (150, 145, 135)).all()
+    np.testing.assert_allclose(picture.depth()[is_body], 1.85, rtol=1e-5)
+
+
+@pytest.mark.parametrize('elevation', [0.7, -0.7])
+def test_the_platforms_hole_has_a_wall_and_its_light(elevation):
+    # So slanted that the other end of the hole hides behind its wall.
+    z = 0.3 if elevation > 0 else 0.0
+    camera = Camera(200, 200, target=(0, 0, z), distance=2.0, elevation=elevation)
+    picture = Picture()
+    rgb = picture.draw(wave(), camera=camera, scene=Scene(pole_visible=False),
+                       light=Light(azimuth=-math.pi / 2, elevation=0.0, intensity=0.5,
+                                   ambient=0.5))
+    # The ray through the hole's middle meets the wall, of radius 0.05, on the far side, y > 0,
+    # whose front looks back to where the sun stands.
+    assert picture.depth()[99:101, 99:101].mean() == pytest.approx(
+        2.0 + 0.05 / math.cos(elevation), rel=2e-3)
+    assert np.abs(rgb[99:101, 99:101].astype(int) - (150, 145, 135)).max() <= 1
+    # The sun stands on the rim of the level faces beside the hole.
+    assert np.abs(rgb[100, 140].astype(int) - (75, 72.5, 67.5)).max() <= 1
+
+
 def test_the_default_camera_shows_the_whole_flag_and_the_tip():
     camera = Camera()
     for turn in (0.0, 0.25, 0.5):
@@ -320,7 +354,8 @@ def test_depth_before_the_first_frame_is_refused():
 
 @pytest.mark.parametrize('name, value', [
     ('background', (0, 0, 300)), ('background', (0, 0)), ('shading', 'phong'),
-    ('interpolation', 'none')])
+    ('interpolation', 'none'), ('hidden_surface', 'abuffer'), ('samples', 0), ('samples', 2),
+    ('samples', 64)])
 def test_a_style_that_is_none_is_refused(name, value):
     with pytest.raises(ValueError, match=name):
         Style(**{name: value})

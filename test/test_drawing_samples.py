@@ -107,8 +107,8 @@ STANDARD = {
                 (0, -7), (-4, -6), (-6, 4), (-8, 0), (7, -4), (6, 7), (-7, -8)], 0.5)}
 
 
-@pytest.mark.parametrize('samples', [4, 8, 16])
-def test_patterns_miss_less_than_the_standard_ones(samples):
+@pytest.mark.parametrize('samples, most', [(4, 0.71), (8, 0.79), (16, 0.82)])
+def test_patterns_miss_less_than_the_standard_ones(samples, most):
     angles = np.radians(np.arange(0.5, 180.0))
     ours, standard = (
         np.array([missed_area(np.asarray(pattern), angle) for angle in angles])
@@ -116,7 +116,7 @@ def test_patterns_miss_less_than_the_standard_ones(samples):
     # 30, 22 and 19 % less, for the sample at the centre, that costs nothing, and for where the
     # others lie: a lattice of 9 without further thought has 7 %. In the worst of all directions
     # 16 miss a tenth more.
-    assert ours.mean() <= 0.82 * standard.mean()
+    assert ours.mean() <= most * standard.mean()
     assert ours.max() <= 1.1 * standard.max()
 
 

@@ -14,6 +14,7 @@
 
 """The pole and the platform: closed, the right size, and a hole that is one."""
 import collections
+import dataclasses
 import math
 
 from flag_sim.drawing import Camera, Scene
@@ -125,11 +126,30 @@ def test_round_things_are_cut_as_finely_as_pixels_show():
         assert SCENE.segments(camera) % 4 == 0
 
 
+@pytest.mark.parametrize('camera, distance', [
+    (Camera(distance=20.0), 20.0), (Camera(1280, 720, distance=0.4), 0.4),
+    # Above the tip and below the ground it is the way there that counts.
+    (Camera(target=(0, 0, 9), distance=4.0, elevation=1.2), 4.0),
+    (Camera(target=(0, 0, 0), distance=4.0, elevation=-1.2), 4.0),
+    (Camera(projection='orthographic', scale=0.7), 1.0)])
+def test_chords_miss_their_circle_by_a_fifth_of_a_pixel_and_no_less_than_needed(camera, distance):
+    camera = dataclasses.replace(camera, target=(0, 0, camera.target[2]))
+    # The nearest point of the dome, of radius 0.1, is that much nearer than the axis.
+    pixels = 0.1 * camera.pixels_per_metre(distance - 0.1)
+
+    def missed(segments):
+        return pixels * (1.0 - math.cos(math.pi / segments))
+
+    segments = SCENE.segments(camera)
+    assert 8 < segments < 256
+    assert missed(segments) <= 0.2 < missed(segments - 4)
+
+
 @pytest.mark.parametrize('name, value', [
     ('pole_height', 0.0), ('pole_diameter', -0.1), ('platform_side', math.nan),
     ('platform_height', math.inf), ('platform_side', 0.1), ('pole_diameter', 1.0)])
 def test_what_cannot_be_built_is_refused(name, value):
-    with pytest.raises(ValueError, match='pole|platform'):
+    with pytest.raises(ValueError, match='above 0, not|above pole_diameter [01].[01], not'):
         Scene(**{name: value})
 
 

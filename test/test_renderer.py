@@ -203,12 +203,16 @@ def test_image_sizes(stand, width, height):
     {'camera__distance': 0.0, 'camera__target': [1.2, 0.45, 8.2]},
     {'camera__elevation': math.pi / 2}, {'camera__elevation': -math.pi / 2},
     {'camera__distance': 0.0}, {'sun__elevation': -0.5},
-    {'camera__projection': 'orthographic', 'camera__distance': 0.0}])
+    {'camera__projection': 'orthographic', 'camera__distance': 0.0},
+    {'camera__vertical_fov': 1.1}, {'camera__projection': 'orthographic', 'camera__scale': 5.0}])
 def test_odd_views_are_drawn(small, values):
     """A camera in the cloth, straight up or down, at distance 0; a sun below the ground."""
     assert small.dial(width=64, height=48, **values).successful
-    rgb, _, _ = small.film(cloud(wave(5, 7)))
+    rgb, info, _ = small.film(cloud(wave(5, 7)))
     np.testing.assert_array_equal(rgb, small.expected(wave(5, 7))[0])
+    camera = look_of(small.renderer.values)[0]
+    np.testing.assert_array_equal(info.k, camera.K.ravel())
+    np.testing.assert_array_equal(info.p, camera.P.ravel())
 
 
 def test_no_number_may_be_none(small):

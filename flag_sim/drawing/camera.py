@@ -101,13 +101,6 @@ class Camera:
         matrix[:3, :3] = self._axes
         return matrix @ transforms.shift(-self.position)
 
-    @functools.cached_property
-    def pose_inverse(self):
-        """Optical frame to world: (4, 4)."""
-        matrix = np.eye(4)
-        matrix[:3, :3] = self._axes.T
-        return transforms.shift(self.position) @ matrix
-
     @property
     def focal(self):
         """Perspective: the focal length [pixel]; orthographic: the scale [pixel/m]."""
