@@ -13,8 +13,7 @@
 # limitations under the License.
 
 """Cloths in simple places, and the numbers that theory speaks of."""
-from flag_sim.cloth.energy import (bending_energy, elastic_energy, kinetic_energy,
-                                   potential_energy)
+from flag_sim.cloth.energy import bending_energy, elastic_energy, kinetic_energy
 from flag_sim.cloth.model import Model
 from flag_sim.cloth.stability import frequency_bound
 import numpy as np
@@ -34,6 +33,11 @@ def model_of(cloth):
 def highest_frequency(cloth):
     """Return the bound of the cloth's angular frequencies [rad/s]."""
     return frequency_bound(model_of(cloth))
+
+
+def potential_energy(model, positions, gravity):
+    """Return the energy [J] of height above z = 0 in gravity [m/s2] (1.1)."""
+    return gravity * float(np.sum(model.mesh.grid(model.mass) * positions[..., 2]))
 
 
 def energy(cloth, gravity):
