@@ -16,27 +16,12 @@
 import math
 
 from flag_sim.cloth.energy import bending_energy, elastic_energy
-from flag_sim.cloth.forces import Forcing, set_forces, Work
 from flag_sim.cloth.material import Air, Material
 from flag_sim.cloth.mesh import Mesh, PRECISIONS
 from flag_sim.cloth.model import Model
-from flag_sim.cloth.state import State
 import numpy as np
 import pytest
-
-STILL = Air(density=0.0)
-
-
-def forces(model, positions, velocities=None, wind=(0.0, 0.0, 0.0), gravity=0.0, air=STILL,
-           dt=0.0):
-    """Return the force on every node: (rows, columns, 3) [N]."""
-    mesh = model.mesh
-    state, work = State(mesh), Work.of(mesh)
-    state.place(positions, velocities)
-    set_forces(state.position, state.velocity, mesh.number(wind), model.mass, mesh.weights,
-               model.coefficients(Forcing(wind, gravity, air), 1), work, mesh.number(dt),
-               mesh.span)
-    return np.stack([mesh.grid(axis) for axis in work.force], axis=-1).astype(np.float64)
+from support.forces import forces
 
 
 def rounding(mesh, units=500):
