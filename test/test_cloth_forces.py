@@ -16,40 +16,17 @@
 import math
 
 from flag_sim.cloth.energy import bending_energy, elastic_energy
-from flag_sim.cloth.forces import Forcing, set_forces, Work
 from flag_sim.cloth.material import Air, Material
 from flag_sim.cloth.mesh import Mesh, PRECISIONS
 from flag_sim.cloth.model import Model
-from flag_sim.cloth.state import State
 import numpy as np
 import pytest
-
-STILL = Air(density=0.0)
-
-
-def forces(model, positions, velocities=None, wind=(0.0, 0.0, 0.0), gravity=0.0, air=STILL,
-           dt=0.0):
-    """Return the force on every node: (rows, columns, 3) [N]."""
-    mesh = model.mesh
-    state, work = State(mesh), Work.of(mesh)
-    state.place(positions, velocities)
-    set_forces(state.position, state.velocity, mesh.number(wind), model.mass, mesh.weights,
-               model.coefficients(Forcing(wind, gravity, air), 1), work, mesh.number(dt),
-               mesh.span)
-    return np.stack([mesh.grid(axis) for axis in work.force], axis=-1).astype(np.float64)
+from support.forces import crumpled, forces
 
 
 def rounding(mesh, units=500):
     """Return so many units in the last place of the mesh's precision: 1e-13 in float64."""
     return units * np.finfo(mesh.precision).eps
-
-
-def crumpled(mesh, seed=0, size=0.3):
-    """Return positions far from rest, and velocities: (rows, columns, 3) each."""
-    rng = np.random.default_rng(seed)
-    spread = size * max(mesh.dx, mesh.dy)
-    rest = mesh.rest((0.5, -0.2, 3.0))
-    return rest + spread * rng.normal(size=rest.shape), rng.normal(size=rest.shape)
 
 
 @pytest.fixture(params=PRECISIONS)

@@ -85,6 +85,25 @@ def test_a_gentle_cylinder_has_the_energy_of_a_plate(rows, columns, turn):
     assert per_area == pytest.approx(0.5 * B / radius**2, rel=0.15)
 
 
+@pytest.mark.parametrize('rows, columns', GRIDS)
+def test_a_saddle_has_the_energy_of_a_plate_with_poissons_ratio_zero(rows, columns):
+    """
+    Of w = a u^2 / 2 + c v^2 / 2 + t u v: B/2 ((a + c)^2 - 2 (a c - t^2)) per area.
+
+    Exact on every grid, but for the strips beside the edges, half a cell wide, that lack the
+    curvature across them.
+    """
+    model, flat = sheet(rows, columns)
+    u, v = flat[..., 0], flat[..., 2]
+    a, c, t = 0.03, -0.02, 0.05
+    bent = flat.copy()
+    bent[..., 1] = 0.5 * a * u**2 + 0.5 * c * v**2 + t * u * v
+    lacking = 0.5 * B * (a**2 / (columns - 1) + c**2 / (rows - 1))
+    plate = 0.5 * B * ((a + c)**2 - 2.0 * (a * c - t**2))
+    per_area = bending_energy(model, bent) / (SIZE[0] * SIZE[1])
+    assert per_area == pytest.approx(plate - lacking, rel=1e-9)
+
+
 def test_bending_energy_neither_sees_motion_nor_stretch():
     """It is zero in every flat state, wherever it lies and however it is sheared."""
     model, rest = sheet(11, 16)

@@ -16,12 +16,13 @@
 import math
 
 from flag_sim.cloth import Air, Cloth, Material, Stepping
-from flag_sim.cloth.energy import elastic_energy, kinetic_energy, potential_energy
+from flag_sim.cloth.energy import elastic_energy, kinetic_energy
 from flag_sim.cloth.mesh import PRECISIONS
 from flag_sim.cloth.model import Model
 from flag_sim.cloth.solvers import SOLVERS
 import numpy as np
 import pytest
+from support.cloths import potential_energy
 
 WIND = (5.0, 2.0, 0.5)
 EPS = float(np.finfo('float32').eps)

@@ -28,9 +28,8 @@ from flag_sim.cloth.material import VACUUM
 import numpy as np
 import pytest
 from scipy.special import j0
-from support.cloths import hanging
+from support.cloths import hanging, ring
 from support.soak import SOAK
-from test_cloth_waves import ring
 
 CELLS = {'square': (10, 15), 'long': (15, 15), 'upright': (10, 20)}
 """Of the coarsest grids of a sheet of 2.25 m x 1.5 m, down and along."""

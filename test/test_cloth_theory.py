@@ -64,9 +64,10 @@ def test_free_fall(solver):
     assert cloth.velocities[..., 2] == pytest.approx(np.full((6, 9), -9.81 * time), **near)
 
 
-def test_momentum_and_angular_momentum_stay(solver):
-    """A crumpled sheet that flies freely: internal forces move neither."""
-    cloth = Cloth(6, 9, pinned=False, air=VACUUM, gravity=0.0, solver=solver)
+def momenta_of_free_flight(solver, substeps):
+    """Return momentum and angular momentum (6,) of a crumpled sheet, and those after 0.4 s."""
+    cloth = Cloth(6, 9, pinned=False, air=VACUUM, gravity=0.0, solver=solver,
+                  stepping=Stepping(substeps=substeps))
     rng = np.random.default_rng(2)
     cloth.place(cloth.positions + 0.02 * rng.normal(size=(6, 9, 3)), rng.normal(size=(6, 9, 3)))
     model = Model(cloth.mesh, cloth.material)
@@ -80,12 +81,28 @@ def test_momentum_and_angular_momentum_stay(solver):
     before = momenta()
     for _ in range(20):
         cloth.advance(0.02)
-    after = momenta()
+    return before, momenta()
+
+
+def test_momentum_and_angular_momentum_stay(solver):
+    """
+    A crumpled sheet that flies freely: internal forces move neither, but for rounding.
+
+    The torque of a pull is taken where the nodes are: methods that move them by other velocities
+    than those which the pull makes keep angular momentum only to their own order, of which the
+    first is what all have. What is lost then halves with the step, or nearly (measured: 0.55 for
+    xpbd and implicit, 0.45 for euler), and is about a thousandth of the whole.
+    """
+    before, after = momenta_of_free_flight(solver, 400)
     np.testing.assert_allclose(after[:3], before[:3], atol=1e-11)
-    # The torque of a pull is taken where the nodes are: methods that move them by other velocities
-    # than those which the pull makes keep angular momentum only to their own accuracy.
-    exact = solver in ('symplectic', 'verlet', 'seed')
-    np.testing.assert_allclose(after[3:], before[3:], atol=1e-11 if exact else 0.02)
+    coarse = np.abs(after - before)[3:].max()
+    if solver in ('symplectic', 'verlet', 'seed'):
+        assert coarse < 1e-11
+    else:
+        before, after = momenta_of_free_flight(solver, 800)
+        fine = np.abs(after - before)[3:].max()
+        assert fine < 0.6 * coarse
+        assert fine < 1.1e-3 * np.abs(before[3:]).max()
 
 
 @pytest.mark.parametrize('columns', [6, 21, 61])
@@ -143,23 +160,24 @@ def test_a_falling_flat_sheet_reaches_its_terminal_speed(solver):
     cloth.place(flat[..., [0, 2, 1]])
     terminal = math.sqrt(2.0 * density * 9.81 / (1.2 * 1.17))
     for frame in range(1, 31):
-        cloth.advance(0.02)
-        expected = -terminal * math.tanh(9.81 * 0.02 * frame / terminal)
-        np.testing.assert_allclose(cloth.velocities[..., 2], expected, rtol=2e-3)
-    assert np.abs(cloth.velocities[..., 2] + terminal).max() < 0.01 * terminal
+        steps = cloth.advance(0.02)
+        missing = 1.0 - math.tanh(9.81 * 0.02 * frame / terminal)
+        # What methods of first order see of the drag is a step old: the speed of that is the rest.
+        late = 9.81 * (0.02 / steps.granted) / terminal
+        np.testing.assert_allclose(cloth.velocities[..., 2], -terminal * (1.0 - missing),
+                                   rtol=late)
+    assert missing < 2e-3
 
 
-def test_step_is_advance_of_one(solver):
-    """It reads one state, leaves it alone and writes the other."""
+def test_one_step_reads_one_state_and_writes_the_other(solver):
+    """What it read is as it was."""
     model = Model(Cloth(5, 7).mesh, Material())
-    first, second, spare = State(model.mesh), State(model.mesh), State(model.mesh)
+    first, second = State(model.mesh), State(model.mesh)
     first.place(model.mesh.rest((0.0, 0.0, 0.0)))
     before = first.data.copy()
     method = SOLVERS[solver](model)
-    method.step(first, second, Forcing((1.0, 2.0, 0.0)), 1e-4)
-    assert np.array_equal(first.data, before)
-    result = method.advance(first, spare, Forcing((1.0, 2.0, 0.0)), 1e-4, 1)
-    assert np.array_equal(result.data, second.data)
+    assert method.advance(first, second, Forcing((1.0, 2.0, 0.0)), 1e-4, 1) is second
+    assert np.array_equal(first.data, before) and not np.array_equal(second.data, before)
 
 
 def test_energy_is_bounded_without_damping(solver):
@@ -176,9 +194,12 @@ def test_energy_is_bounded_without_damping(solver):
         count += cloth.advance(0.01).granted
         energies.append(energy(cloth, 9.81))
     energies = np.array(energies)
-    assert np.ptp(energies) < 0.05 * scale
+    # Measured: 0.010 for symplectic and seed, 0.005 in half the steps, as what they keep differs
+    # from the energy by h / 2 times its power; 0.0008 for verlet, a quarter in half the steps.
+    # rk4 loses 0.004, a 35th in half the steps, and half of it from the one mean to the other.
+    assert np.ptp(energies) < 0.02 * scale
     halves = np.array_split(energies, 2)
-    assert abs(halves[1].mean() - halves[0].mean()) < 0.01 * scale
+    assert abs(halves[1].mean() - halves[0].mean()) < 0.004 * scale
 
 
 @pytest.mark.parametrize('damped', [{'damping': 0.2}, {'node_damping': 2.0}], ids=str)
@@ -194,8 +215,11 @@ def test_damping_lowers_the_energy(solver, damped):
     for _ in range(100):
         cloth.advance(0.02)
         energies.append(energy(cloth, 0.0))
-    assert np.all(np.diff(energies) < 1e-3 * energies[0])
-    assert energies[-1] < 0.2 * energies[0]
+    assert np.all(np.diff(energies) < 0.0)
+    # Nodes' damping takes 2 nu of the kinetic energy, on average half of all, for 2 s; the mean
+    # is met to a hundredth. Dashpots leave the longest waves: 0.00025 of all, as measured.
+    left = 1.01 * math.exp(-2.0 * 2.0) if 'node_damping' in damped else 5e-4
+    assert energies[-1] < left * energies[0]
 
 
 def test_a_hinged_sheet_leans_in_the_wind(solver):
@@ -211,8 +235,13 @@ def test_a_hinged_sheet_leans_in_the_wind(solver):
     cloth = Cloth(3, 11, 1.0, 0.3, material=material, air=air, solver=solver)
     cloth.place(hanging(cloth))
     for _ in range(250):
-        cloth.advance(0.02, (0.0, speed, 0.0))
+        steps = cloth.advance(0.02, (0.0, speed, 0.0))
     lean = cloth.positions[1, -1] - cloth.positions[1, 0]
     angle = math.atan2(lean[1], -lean[2])
     pressure = 0.5 * 1.2 * (speed * math.cos(angle))**2
-    assert density * 9.81 * math.sin(angle) == pytest.approx(pressure, rel=0.01)
+    # The sheet's stretch changes what its area catches. Symplectic and euler keep
+    # 1 / (1 + r) of the drag, r = h dF/du / m; implicit leaves a thousandth of the forces unmet.
+    strain = density * 9.81 * 1.0 / material.stiffness
+    r = 0.02 / steps.granted * 1.2 * speed * math.cos(angle) / density
+    rest = {'symplectic': r, 'euler': r, 'implicit': 1e-3}.get(solver, 0.0)
+    assert density * 9.81 * math.sin(angle) == pytest.approx(pressure, rel=strain + rest)

@@ -60,14 +60,14 @@ def test_the_choice_changes_nothing_but_the_time():
 @pytest.mark.parametrize('grid', [(2, 2), (9, 13), (81, 121)], ids=str)
 @pytest.mark.parametrize('bands', [1, 2, 3, 7, 64])
 def test_every_node_is_in_one_band(grid, bands):
-    """They follow one another, begin at whole pieces, and differ by one piece at most."""
+    """They follow one another, begin at whole pieces, and differ by one of these at most."""
     mesh = Mesh(*grid, 1.0, 1.0)
     spans = [mesh.band(band, bands) for band in range(bands)]
     assert spans[0][0] == mesh.first and spans[-1][1] == mesh.last
     assert all(one[1] == other[0] for one, other in zip(spans, spans[1:]))
     assert all((first - mesh.first) % PIECE == 0 for first, last, _ in spans if first < last)
-    sizes = [int(last - first) for first, last, _ in spans]
-    assert max(sizes) - min(sizes) <= 2 * PIECE
+    pieces = [-(-int(last - first) // PIECE) for first, last, _ in spans]
+    assert max(pieces) - min(pieces) <= 1
 
 
 def test_nobody_leaves_a_gate_before_all_are_there():

@@ -22,13 +22,13 @@ is rounding. The lattice's own distance from the continuum is its discretisation
 """
 import math
 
-from flag_sim.cloth import Cloth, Material, Stepping
+from flag_sim.cloth import Cloth, Material
 from flag_sim.cloth.material import VACUUM
 from flag_sim.cloth.solvers import SOLVERS
 import numpy as np
 import pytest
 from scipy.special import jn_zeros
-from support.cloths import hanging, highest_frequency
+from support.cloths import hanging, highest_frequency, ring
 
 
 def _symplectic(z):
@@ -45,12 +45,6 @@ FACTORS = {
 }
 """By what a step multiplies an undamped mode, given z = omega dt."""
 
-SMALL_STEPS = {
-    'xpbd': 0.1,    # one sweep is backward Euler only where springs do not feel one another
-    'euler': 0.05,  # or its growth of the shortest waves drowns the one that is looked at
-}
-"""Steps times the highest frequency, for methods that are not tried at their largest step."""
-
 
 def rounding(solver, z_highest):
     """
@@ -61,30 +55,6 @@ def rounding(solver, z_highest):
     a mode 1e-8 m large is linear to some 1e-11.
     """
     return {'xpbd': 0.25 * z_highest**2, 'implicit': 1e-3}.get(solver, 1e-10)
-
-
-def ring(cloth, shape, omega, samples=5):
-    """
-    Let a mode ring; return what a frame multiplies it by, and the steps of a frame with their z.
-
-    shape: (rows, columns, 3) of the mode, in which the cloth has been placed; weighed by the mass
-    it is orthogonal to all other modes. A mode's samples obey y'' = a y' + b y, whose roots are
-    the factor and its conjugate.
-    """
-    frame = 1.5 / omega
-    small = SMALL_STEPS.get(cloth.solver)
-    count = math.ceil(frame * highest_frequency(cloth) / small) if small else 0
-    cloth.stepping = Stepping(substeps=count, substeps_limit=10**6)
-    start = cloth.positions
-    weighed = shape * cloth.mesh.grid(cloth.mesh.mass_share)[..., None]
-    rest = np.sum(weighed * start) - np.sum(weighed * shape)
-    amplitudes = [1.0]
-    for _ in range(samples):
-        steps = cloth.advance(frame)
-        amplitudes.append((np.sum(weighed * cloth.positions) - rest) / np.sum(weighed * shape))
-    y = np.array(amplitudes)
-    a, b = np.linalg.lstsq(np.stack([y[1:-1], y[:-2]], axis=1), y[2:], rcond=None)[0]
-    return 0.5 * a + 1j * math.sqrt(-b - 0.25 * a**2), steps.granted, omega * frame / steps.granted
 
 
 def assert_rings(cloth, shape, omega):

@@ -86,7 +86,10 @@ def test_params_files_name_real_parameters(path):
             read_timeline({**values, **content['ros__parameters']})
 
 
-@pytest.mark.parametrize('page', ['README.md', *(f'docs/{p.name}' for p in ROOT.glob('docs/*.md'))])
+PAGES = ['README.md', *(f'docs/{path.name}' for path in sorted(ROOT.glob('docs/*.md')))]
+
+
+@pytest.mark.parametrize('page', PAGES)
 def test_pictures_and_links_exist(page):
     """Every relative link leads somewhere."""
     path = ROOT / page

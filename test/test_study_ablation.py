@@ -29,7 +29,7 @@ from flag_sim.study.true_wind import TrueWind, TrueWindCloth
 import numpy as np
 import pytest
 from support.budgets import FewRows
-from test_cloth_forces import crumpled, forces
+from support.forces import crumpled, forces
 
 SMALL = {'grid.rows': 6, 'grid.columns': 10, 'width': 160, 'height': 120}
 BY_NAME = {term.name: term for term in TERMS}

@@ -24,7 +24,7 @@ from flag_sim.study.store import Store
 import numpy as np
 import pytest
 from support.budgets import FewRows
-from test_cloth_stability import jacobian, largest_eigenvalue
+from support.forces import jacobian, largest_eigenvalue
 
 PROMISING = ('symplectic', 'verlet', 'rk4')
 """Methods whose bound is a promise."""

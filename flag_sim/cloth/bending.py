@@ -21,16 +21,19 @@ every resolution. So the energy is taken from the second differences themselves,
 
     E = B/2 sum over nodes of (|x_uu|^2 + |x_vv|^2 + 2 |x_uv|^2) dx dy,
 
-u along rows and v down columns (quadratic bending: Bergou, Wardetzky, Harmon, Zorin, Grinspun, A
-Quadratic Bending Model for Inextensible Surfaces, 2006). For a sheet that bends without
-stretching it is the energy of a plate, B/2 (curvature)^2 per area, in whatever direction it is
-rolled; the mixed term sees to that. It is zero in any flat state and does not change when the
-sheet moves or turns.
-"""
-from flag_sim.kernels import kernel, wide_kernel
-import numpy as np
+u along rows and v down columns. For a sheet that bends without stretching it is the energy of a
+plate, B/2 (curvature)^2 per area, in whatever direction it is rolled; the mixed term sees to that.
+It is zero in any flat state and does not change when the sheet moves or turns.
 
-ONE = np.uint64(1)
+It is Kirchhoff's plate with Poisson's ratio zero, B/2 ((w_uu + w_vv)^2 - 2 (w_uu w_vv - w_uv^2))
+for a deflection w. The quadratic bending of Bergou, Wardetzky, Harmon, Zorin and Grinspun (A
+Quadratic Bending Model for Inextensible Surfaces, 2006) is the first of the two terms alone,
+|x_uu + x_vv|^2. The second is the Gaussian curvature, whose integral depends on the edges alone:
+the forces inside are the same. But a free edge here bears a moment of the curvature across it
+alone, and a twist w = t u v costs B t^2 per area, where the first term costs nothing.
+"""
+from flag_sim.cloth.mesh import ONE
+from flag_sim.kernels import kernel, wide_kernel
 
 
 def bend_constants(bend_stiffness, dx, dy):

@@ -53,8 +53,3 @@ def bending_energy(model, positions):
          p[2:] - 2.0 * p[1:-1] + p[:-2]),
         (b_twist, model.mesh.grid(weights.cell)[:-1, :-1],
          p[1:, 1:] - p[1:, :-1] - p[:-1, 1:] + p[:-1, :-1])))
-
-
-def potential_energy(model, positions, gravity):
-    """Return the energy [J] of height above z = 0 in gravity [m/s2] (1.1)."""
-    return gravity * float(np.sum(model.mesh.grid(model.mass) * positions[..., 2]))

@@ -27,6 +27,17 @@ LINE = 64
 PIECE = 64
 """Nodes in the smallest band: the most that a loop takes at once, four vectors of 16 float32."""
 
+ONE = np.uint64(1)
+"""From a node to the next in its row; unsigned, as the numbers of a span are."""
+
+LEAST_LENGTH2 = 1e-16
+LEAST_AREA2 = 1e-30
+"""
+Squared length [m2] and area [m4] below which springs and faces have no direction.
+
+Less is taken for that much, so that 0 / 0 gives zero and not NaN.
+"""
+
 PRECISIONS = ('float64', 'float32')
 """What the numbers of fields may be. Vectors hold twice as many float32."""
 

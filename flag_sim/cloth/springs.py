@@ -21,14 +21,11 @@ it: each root is taken once, and opposite forces are equal to the last bit.
 """
 import math
 
+from flag_sim.cloth.mesh import LEAST_LENGTH2, ONE
 from flag_sim.kernels import inner_kernel, wide_kernel
 import numba
 from numba.extending import overload
 import numpy as np
-
-ONE = np.uint64(1)
-TINY = 1e-16
-"""Squared length [m2] below which a spring pulls no more, so that 0 / 0 gives zero, not NaN."""
 
 
 def spring_constants(stiffness, shear_stiffness, dx, dy):
@@ -82,7 +79,7 @@ def _inverse_lengths(a2, b2, c2, d2):
     Roots and divisions are the slow part, in float64 above all: they are taken in float32 and then
     refined, and one division serves all four.
     """
-    tiny = type(a2)(TINY)
+    tiny = type(a2)(LEAST_LENGTH2)
     a2, b2, c2, d2 = max(a2, tiny), max(b2, tiny), max(c2, tiny), max(d2, tiny)
     a, b = math.sqrt(np.float32(a2)), math.sqrt(np.float32(b2))
     c, d = math.sqrt(np.float32(c2)), math.sqrt(np.float32(d2))

@@ -24,13 +24,9 @@ face's velocity v is the mean of the nodes' with the same shares. So the power o
 F . v, and a flat sheet square to the wind is accelerated alike in all its nodes, corners
 included, because the shares are those of the face's mass.
 """
+from flag_sim.cloth.mesh import LEAST_AREA2, ONE
 from flag_sim.cloth.pressure import divisor, pressure, SEED
 from flag_sim.kernels import inner_kernel, kernel, wide_kernel
-import numpy as np
-
-ONE = np.uint64(1)
-TINY = 1e-30
-"""Squared area [m4] below which a face feels no wind, so that 0 / 0 gives zero, not NaN."""
 
 
 @inner_kernel
@@ -40,7 +36,7 @@ def _push(flux, ax, ay, az, drag, hold, law, order):
 
     drag: of Air [kg/m3]. hold: the step times drag, over the face's mass [s/m3]. See pressure.
     """
-    area2 = max(ax * ax + ay * ay + az * az, type(flux)(TINY))
+    area2 = max(ax * ax + ay * ay + az * az, type(flux)(LEAST_AREA2))
     s, rate = pressure(flux, area2, law)
     return drag * s * flux / (area2 * divisor(hold * rate, order))
 

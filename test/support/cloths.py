@@ -13,11 +13,19 @@
 # limitations under the License.
 
 """Cloths in simple places, and the numbers that theory speaks of."""
-from flag_sim.cloth.energy import (bending_energy, elastic_energy, kinetic_energy,
-                                   potential_energy)
+import math
+
+from flag_sim.cloth import Stepping
+from flag_sim.cloth.energy import bending_energy, elastic_energy, kinetic_energy
 from flag_sim.cloth.model import Model
 from flag_sim.cloth.stability import frequency_bound
 import numpy as np
+
+SMALL_STEPS = {
+    'xpbd': 0.1,    # one sweep is backward Euler only where springs do not feel one another
+    'euler': 0.05,  # or its growth of the shortest waves drowns the one that is looked at
+}
+"""Steps times the highest frequency, for methods that are not tried at their largest step."""
 
 
 def hanging(cloth):
@@ -36,9 +44,38 @@ def highest_frequency(cloth):
     return frequency_bound(model_of(cloth))
 
 
+def potential_energy(model, positions, gravity):
+    """Return the energy [J] of height above z = 0 in gravity [m/s2] (1.1)."""
+    return gravity * float(np.sum(model.mesh.grid(model.mass) * positions[..., 2]))
+
+
 def energy(cloth, gravity):
     """Return all the energy that the cloth has [J]."""
     model = model_of(cloth)
     return (kinetic_energy(model, cloth.velocities) + elastic_energy(model, cloth.positions)
             + bending_energy(model, cloth.positions)
             + potential_energy(model, cloth.positions, gravity))
+
+
+def ring(cloth, shape, omega, samples=5):
+    """
+    Let a mode ring; return what a frame multiplies it by, and the steps of a frame with their z.
+
+    shape: (rows, columns, 3) of the mode, in which the cloth has been placed; weighed by the mass
+    it is orthogonal to all other modes. A mode's samples obey y'' = a y' + b y, whose roots are
+    the factor and its conjugate.
+    """
+    frame = 1.5 / omega
+    small = SMALL_STEPS.get(cloth.solver)
+    count = math.ceil(frame * highest_frequency(cloth) / small) if small else 0
+    cloth.stepping = Stepping(substeps=count, substeps_limit=10**6)
+    start = cloth.positions
+    weighed = shape * cloth.mesh.grid(cloth.mesh.mass_share)[..., None]
+    rest = np.sum(weighed * start) - np.sum(weighed * shape)
+    amplitudes = [1.0]
+    for _ in range(samples):
+        steps = cloth.advance(frame)
+        amplitudes.append((np.sum(weighed * cloth.positions) - rest) / np.sum(weighed * shape))
+    y = np.array(amplitudes)
+    a, b = np.linalg.lstsq(np.stack([y[1:-1], y[:-2]], axis=1), y[2:], rcond=None)[0]
+    return 0.5 * a + 1j * math.sqrt(-b - 0.25 * a**2), steps.granted, omega * frame / steps.granted

@@ -12,18 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""
-The methods that carry the cloth from one moment to the next, one file each.
-
-A solver is made for a model, and has
-
-    order                                   of its error in the step
-    largest_step(omega, gamma, air) -> s   that is stable for these bounds
-    stable_step(omega, gamma, air) -> s    in which nothing grows by itself; 0 if there is none
-    useful_step                             the longest worth taking where all are stable
-    step(state_in, state_out, forcing, dt)  one step; only the caller advances time
-    advance(state, spare, forcing, dt, count) -> state   many steps in one compiled call
-"""
+"""The methods that carry the cloth from one moment to the next, one file each; see Solver."""
 from flag_sim.cloth.solvers.euler import Euler
 from flag_sim.cloth.solvers.implicit import Implicit
 from flag_sim.cloth.solvers.rk4 import RK4

@@ -25,15 +25,10 @@ import math
 from typing import NamedTuple
 
 from flag_sim.cloth.bending import add_moments, set_moments
+from flag_sim.cloth.mesh import LEAST_AREA2, LEAST_LENGTH2, ONE
 from flag_sim.cloth.pressure import pressure
 from flag_sim.cloth.wind import add_faces
 from flag_sim.kernels import inner_kernel
-import numpy as np
-
-ONE = np.uint64(1)
-TINY_LENGTH2 = 1e-16
-TINY_AREA2 = 1e-30
-"""Squared length [m2] and area [m4] below which springs and faces have no direction."""
 
 FIELDS = 22
 """Flat fields that a Matrix lies in."""
@@ -72,7 +67,7 @@ def _set_spring(position, i, j, at, weight, stiff, damp, rest, across, along):
     dx, dy, dz = x[j] - x[i], y[j] - y[i], z[j] - z[i]
     number = type(stiff)
     one, zero = number(1.0), number(0.0)
-    inverse = one / math.sqrt(max(dx * dx + dy * dy + dz * dz, number(TINY_LENGTH2)))
+    inverse = one / math.sqrt(max(dx * dx + dy * dy + dz * dz, number(LEAST_LENGTH2)))
     tension = weight * stiff * max(one - rest * inverse, zero)
     size = math.sqrt(weight * (stiff + damp) - tension) * inverse
     across[at] = tension
@@ -106,7 +101,7 @@ def _set_face(position, velocity, wind, i, j, k, at, weight, drag, law, nx, ny, 
     qx, qy, qz = x[k] - x[i], y[k] - y[i], z[k] - z[i]
     ax, ay, az = (half * (py * qz - pz * qy), half * (pz * qx - px * qz),
                   half * (px * qy - py * qx))
-    area2 = max(ax * ax + ay * ay + az * az, number(TINY_AREA2))
+    area2 = max(ax * ax + ay * ay + az * az, number(LEAST_AREA2))
     flux = ((wind[0] - half * vx[i] - quarter * (vx[j] + vx[k])) * ax
             + (wind[1] - half * vy[i] - quarter * (vy[j] + vy[k])) * ay
             + (wind[2] - half * vz[i] - quarter * (vz[j] + vz[k])) * az)

@@ -25,7 +25,7 @@ ALONE = Crew(1)
 
 class Solver:
     """
-    A method for a model; derived classes say which.
+    A method for a model; derived classes say which. Only the caller advances time.
 
     order: of its error in the step. scratch: flat fields that its kernel needs beside the forces'.
     useful_step: the longest step [s] worth taking, for methods whose largest stable one is
@@ -48,10 +48,6 @@ class Solver:
     def stable_step(cls, omega, gamma, air):
         """Return the largest step [s] in which no motion can grow by itself; 0 if none is."""
         return cls.largest_step(omega, gamma, air)
-
-    def step(self, state_in, state_out, forcing, dt):
-        """Read one state and write the state dt [s] later into another."""
-        self.advance(state_in, state_out, forcing, dt, 1)
 
     def advance(self, state, spare, forcing, dt, count, crew=ALONE):
         """

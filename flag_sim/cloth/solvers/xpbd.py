@@ -17,12 +17,10 @@ import math
 
 from flag_sim.cloth.forces import Coefficients, set_forces
 from flag_sim.cloth.holds import hold_outside
+from flag_sim.cloth.mesh import LEAST_LENGTH2, ONE
 from flag_sim.cloth.solvers.solver import Solver
 from flag_sim.kernels import kernel, wide_kernel
 import numpy as np
-
-ONE = np.uint64(1)
-TINY = 1e-30
 
 
 @wide_kernel
@@ -46,13 +44,13 @@ def _set_lines(before, position, weight, stiff, damp, rest, tail, head, lines, s
     x, y, z = position
     bx, by, bz = before
     nx, ny, nz, pull, _ = lines
-    one, tiny = type(stiff)(1.0), type(stiff)(TINY)
+    one, least = type(stiff)(1.0), type(stiff)(LEAST_LENGTH2)
     first, last, _ = span
     for i in range(first, last):
         a, b = i + tail, i + head
         dx, dy, dz = x[b] - x[a], y[b] - y[a], z[b] - z[a]
-        length = math.sqrt(dx * dx + dy * dy + dz * dz)
-        scale = one / max(length, tiny)
+        length = math.sqrt(max(dx * dx + dy * dy + dz * dz, least))
+        scale = one / length
         dx, dy, dz = scale * dx, scale * dy, scale * dz
         nx[i], ny[i], nz[i] = dx, dy, dz
         grown = length - (dx * (bx[b] - bx[a]) + dy * (by[b] - by[a]) + dz * (bz[b] - bz[a]))
