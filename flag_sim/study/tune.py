@@ -24,6 +24,7 @@ from flag_sim.study import error, machine, params
 from flag_sim.study.arguments import positive
 from flag_sim.study.reference import WINDOW
 from flag_sim.study.search import FILL, require, Search
+from flag_sim.study.sessions import session, taken_by_others
 from flag_sim.study.settings import changed, defaults
 from flag_sim.study.shot import MOST_HZ
 from flag_sim.study.store import Store
@@ -39,7 +40,6 @@ def main(args=None):
     parser.add_argument('--params-file', type=Path,
                         help='params file with your camera, image size, flag and wind')
     options = parser.parse_args(args)
-    watch = machine.Watch()
     try:
         output = params.check_new(options.output)
         settings, others = params.read(options.params_file) if options.params_file else (
@@ -54,14 +54,15 @@ def main(args=None):
         store = Store(work, {**machine.identity(), 'rate': options.rate,
                              'settings': asked[:16]})
         try:
-            search = Search(settings, options.rate, store)
-            verdict, errors = search.find(options.error_px)
+            with session(store):
+                search = Search(settings, options.rate, store)
+                verdict, errors = search.find(options.error_px)
         except ValueError:
             # The flag may leave the picture in the wind only: there is nothing to go on with.
             shutil.rmtree(work)
             raise
         chosen = search.chosen(verdict.option.name)
-        params.write(output, _promise(options, search, verdict, errors, watch.others()),
+        params.write(output, _promise(options, search, verdict, errors, taken_by_others(store)),
                      params.blocks(changed(settings, chosen), chosen))
     except (ValueError, FileExistsError) as problem:
         parser.error(str(problem))
@@ -73,7 +74,7 @@ def main(args=None):
     return 0 if verdict.is_accurate and verdict.is_fast else 1
 
 
-def _promise(options, search, verdict, errors, others):
+def _promise(options, search, verdict, errors, busy):
     """Return the lines of the params file's comment: what it promises, and what it misses."""
     own = search.settings
     today = datetime.date.today().isoformat()
@@ -82,7 +83,7 @@ def _promise(options, search, verdict, errors, others):
     lines = [
         f'Made by `tune --error-px {options.error_px:g} --rate {options.rate:g}{given}`',
         f'on {today}, on {machine.processor()}, {machine.cores()} cores'
-        + ('' if others is None else f' (others took {others:.1f} of them)') + ',',
+        + ('' if busy is None else f' (others took {busy:.1f} of them)') + ',',
         f'for a picture of {own["width"]} x {own["height"]} pixels and a camera at '
         f'{own["camera.distance"]:g} m.',
         'Give it to all nodes, after your own params file.',
