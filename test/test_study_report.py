@@ -18,7 +18,7 @@ import re
 
 from flag_sim.study import __main__ as study
 from flag_sim.study import convergence, dials, frontier, horizon, longrun, methods, plots
-from flag_sim.study import machine, reference, scene, settings
+from flag_sim.study import machine, reference, scene, sessions, settings
 from flag_sim.study.store import MARK
 import numpy as np
 import pytest
@@ -63,7 +63,7 @@ def test_a_study_makes_its_report_and_is_gone_on_with(small, tmp_path, capsys, m
     assert run(folder) == 130
     assert 'the same command goes on' in capsys.readouterr().err
     before = {path: path.read_text() for path in folder.glob('*.csv')}
-    assert len(before) == 5 and not (folder / 'report.md').exists()
+    assert len(before) == 6 and not (folder / 'report.md').exists()
 
     monkeypatch.setattr(frontier, 'run', whole)
     assert run(folder) == 0
@@ -114,14 +114,28 @@ def test_without_matplotlib_there_are_tables(small, tmp_path, monkeypatch):
 def test_a_busy_machine_is_reported(small, tmp_path, monkeypatch):
     """With how much it was; a machine that does not tell is not called busy."""
     monkeypatch.setattr(study, 'PARTS', ())
-    monkeypatch.setattr(study.machine, 'cores', lambda: 4)  # a quarter of them is 1
+    monkeypatch.setattr(machine, 'cores', lambda: 4)  # a quarter of them is 1
     for others, words in ((1.25, 'busy with something else (it took 1.25 processors'),
                           (0.1, 'processors kept busy by others | 0.10'),
                           (None, 'processors kept busy by others | –')):
-        monkeypatch.setattr(study.machine.Watch, 'others', lambda self, others=others: others)
-        assert run(tmp_path / 'study') == 0
-        text = (tmp_path / 'study/report.md').read_text()
+        monkeypatch.setattr(machine.Watch, 'others', lambda self, others=others: others)
+        folder = tmp_path / str(others)
+        assert run(folder) == 0
+        text = (folder / 'report.md').read_text()
         assert words in text and ('busy with' in text) == (others == 1.25)
+
+
+def test_all_sessions_of_a_study_count(tmp_path, monkeypatch):
+    """Three busy seconds before an interruption, one idle second after it."""
+    store = study.Store(tmp_path, {})
+    assert sessions.taken_by_others(store) is None
+    for taken, busy in ((3.0, 1.6), (1.0, 0.0), (9.0, None)):
+        monkeypatch.setattr(machine.Watch, 'seconds', lambda self, taken=taken: taken)
+        monkeypatch.setattr(machine.Watch, 'others', lambda self, busy=busy: busy)
+        with pytest.raises(KeyboardInterrupt):
+            with sessions.session(store):
+                raise KeyboardInterrupt
+    assert sessions.taken_by_others(study.Store(tmp_path, {})) == pytest.approx(1.2)
 
 
 def test_work_of_others_is_told_from_ones_own(monkeypatch):

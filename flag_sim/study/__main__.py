@@ -20,9 +20,10 @@ import sys
 from flag_sim.study import budget, machine, report
 from flag_sim.study.arguments import positive
 from flag_sim.study.parts import PARTS
+from flag_sim.study.sessions import session, taken_by_others
 from flag_sim.study.store import Store
 
-FORMAT = 1
+FORMAT = 2
 """Of the rows: raised when their columns or their meaning change."""
 
 
@@ -33,19 +34,19 @@ def main(args=None):
     parser.add_argument('--output', type=Path, default=Path('out/study'),
                         help='folder of what is made; one that was interrupted is gone on with')
     options = parser.parse_args(args)
-    watch = machine.Watch()
     try:
         store = Store(options.output, {'format': FORMAT, **machine.identity()})
     except ValueError as error:
         parser.error(str(error))
     try:
-        for part, own in budget.share(60.0 * options.minutes,
-                                      [(part, part.NAME, part.SHARE) for part in PARTS]):
-            part.run(store, own)
+        with session(store):
+            for part, own in budget.share(60.0 * options.minutes,
+                                          [(part, part.NAME, part.SHARE) for part in PARTS]):
+                part.run(store, own)
     except KeyboardInterrupt:
         print('\ninterrupted; the same command goes on from here', file=sys.stderr)
         return 130
-    print(report.write(store, PARTS, options.minutes, watch.others()))
+    print(report.write(store, PARTS, options.minutes, taken_by_others(store)))
     return 0
 
 

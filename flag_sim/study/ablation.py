@@ -28,7 +28,7 @@ from flag_sim.study.terms import settings_of, SHOTS, TERMS
 import numpy as np
 
 NAME = 'ablation'
-SHARE = 1.2
+SHARE = 3.0
 
 VISIBLE = 3
 """Levels of 255 by which a channel of a pixel must change for the pixel to count as changed."""

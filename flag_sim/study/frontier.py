@@ -146,8 +146,8 @@ def plots(rows, folder):
                  'PSNR of the picture [dB]')):
             names, at = points(rows, column)
             for kind in (*methods(), *(f'symplectic, {name}' for name in PICTURES)):
-                some = sorted(point for name, point in zip(names, at)
-                              if name.split(' ', 1)[1] == kind)
+                some = [point for name, point in zip(names, at)
+                        if name.split(' ', 1)[1] == kind]
                 if some and (axis is axes[1] or ',' not in kind):
                     axis.plot(*zip(*some), label=kind, **_look(kind))
             edge = [at[names.index(name)] for name in best(rows, column)]
@@ -166,9 +166,9 @@ def plots(rows, folder):
     return [('frontier.png', 'The whole pipeline: cost of a frame against what is wrong in it, '
                              'in pixels (left, less is better) and as a picture (right, more is '
                              f'better). Along each line the grid grows from {COLUMNS[0]} to '
-                             f'{COLUMNS[-1]} columns; the circle is the defaults. Where a line '
-                             'ends early, the method diverged on finer grids; other pictures are '
-                             'drawn on the right only.')]
+                             f'{COLUMNS[-1]} columns; the circle is the defaults. A '
+                             'point that is missing diverged; other pictures are on the right '
+                             'only.')]
 
 
 def _default():

@@ -63,15 +63,19 @@ class Watch:
     """
 
     def __init__(self):
-        self._begin = _used()
+        self._start, self._begin = time.monotonic(), _used()
+
+    def seconds(self):
+        """Return how long it has watched [s]."""
+        return time.monotonic() - self._start
 
     def others(self):
         """Return how many processors others kept busy on average; None where Linux is not."""
         now = _used()
         if self._begin is None or now is None:
             return None
-        elapsed, busy, own = (end - begin for begin, end in zip(self._begin, now))
-        return max(0.0, busy - own) / elapsed
+        busy, own = (end - begin for begin, end in zip(self._begin, now))
+        return max(0.0, busy - own) / self.seconds()
 
 
 def is_busy(others):
@@ -81,7 +85,7 @@ def is_busy(others):
 
 def _used():
     """
-    Return seconds now [s]: by the clock, of work on this process' processors, and its own work.
+    Return the seconds of all work on this process' processors so far, and of its own work.
 
     What a virtual machine's host took away (steal) counts as work too. None where the system does
     not tell (see proc_stat(5)).
@@ -95,4 +99,4 @@ def _used():
     ticks = [[int(field) for field in line.split()[1:9]] for line in lines
              if line.split()[0] in names]
     busy = sum(sum(fields) - fields[3] - fields[4] for fields in ticks)
-    return time.monotonic(), busy / os.sysconf('SC_CLK_TCK'), sum(os.times()[:4])
+    return busy / os.sysconf('SC_CLK_TCK'), sum(os.times()[:4])

@@ -110,7 +110,7 @@ def _own_error(rows):
 
 
 def section(rows):
-    """Return which method is worth its time, and what ails the source's scheme."""
+    """Return which method is worth its time, and what is wrong with the source's scheme."""
     own = _own_error(rows)
     rows = summary.whole([row for row in rows if row['method'] != 'exact'], 'method', 'steps')
     groups = summary.grouped(rows, 'method', 'steps')

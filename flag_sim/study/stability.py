@@ -220,8 +220,8 @@ SEEN = {
                      'its dashpots are too weak by the factor of the step.',
     'damping-frames': 'Overdamped cloth keeps its stiffness as long as giving up damping is '
                       'enough, and stays bounded up to the largest ratio that the dial takes. '
-                      'Xpbd, always stable, may stretch to stretch_limit instead. Euler lives '
-                      'on damping: without it, it has no stable step.',
+                      'Xpbd, always stable, may stretch to stretch_limit instead. Euler needs '
+                      'damping: without it, it has no stable step.',
     'wind-steps': 'Wind moves no border of symplectic, verlet, rk4, xpbd and implicit, whose '
                   'drag is implicit: in 200 m/s it is where it is in still air. Seed, whose '
                   'drag is explicit, diverges in strong wind however limp the cloth.',

@@ -94,7 +94,7 @@ TERMS = (
          'on: without it the flag does not hang'),
     Term('wind', {}, {'air.density': 0.0}, WINDS,
          'on: without it the flag hangs still'),
-    Term('wind relative to the cloth', {}, {}, WINDS,
+    Term('wind relative to the cloth', {}, {}, ('fresh',),
          'on: the air brakes the cloth, which else moves too much', remake=TrueWindCloth.like),
     Term('square of the wind, else linear', {},
          {'air.law': 'linear', 'air.density': linear_density}, ('fresh', 'storm'),

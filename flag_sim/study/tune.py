@@ -24,6 +24,7 @@ from flag_sim.study import error, machine, params
 from flag_sim.study.arguments import positive
 from flag_sim.study.reference import WINDOW
 from flag_sim.study.search import FILL, require, Search
+from flag_sim.study.sessions import session, taken_by_others
 from flag_sim.study.settings import changed, defaults
 from flag_sim.study.shot import MOST_HZ
 from flag_sim.study.store import Store
@@ -39,7 +40,6 @@ def main(args=None):
     parser.add_argument('--params-file', type=Path,
                         help='params file with your camera, image size, flag and wind')
     options = parser.parse_args(args)
-    watch = machine.Watch()
     try:
         output = params.check_new(options.output)
         settings, others = params.read(options.params_file) if options.params_file else (
@@ -54,16 +54,17 @@ def main(args=None):
         store = Store(work, {**machine.identity(), 'rate': options.rate,
                              'settings': asked[:16]})
         try:
-            search = Search(settings, options.rate, store)
-            verdict, errors = search.find(options.error_px)
+            with session(store):
+                search = Search(settings, options.rate, store)
+                verdict, errors = search.find(options.error_px)
         except ValueError:
             # The flag may leave the picture in the wind only: there is nothing to go on with.
             shutil.rmtree(work)
             raise
         chosen = search.chosen(verdict.option.name)
         blocks = params.blocks(changed(settings, chosen), chosen)
-        params.write(output,
-                     _promise(options, search, verdict, errors, watch.others(), blocks), blocks)
+        promise = _promise(options, search, verdict, errors, taken_by_others(store), blocks)
+        params.write(output, promise, blocks)
     except (ValueError, FileExistsError) as problem:
         parser.error(str(problem))
     except KeyboardInterrupt:
@@ -74,11 +75,12 @@ def main(args=None):
     return 0 if verdict.is_accurate and verdict.is_fast else 1
 
 
-def _promise(options, search, verdict, errors, others, blocks):
+def _promise(options, search, verdict, errors, busy, blocks):
     """
     Return the lines of the params file's comment: what it promises, and what it misses.
 
-    blocks: {node: {dial: value}} of what is in the file.
+    busy: processors that others took meanwhile, or None. blocks: {node: {dial: value}} of what is
+    in the file.
     """
     *nodes, last = (node for node, values in blocks.items() if values)
     own = search.settings
@@ -88,7 +90,7 @@ def _promise(options, search, verdict, errors, others, blocks):
     lines = [
         f'Made by `tune --error-px {options.error_px:g} --rate {options.rate:g}{given}`',
         f'on {today}, on {machine.processor()}, {machine.cores()} cores'
-        + ('' if others is None else f' (others took {others:.1f} of them)') + ',',
+        + ('' if busy is None else f' (others took {busy:.1f} of them)') + ',',
         f'for a picture of {own["width"]} x {own["height"]} pixels and a camera at '
         f'{own["camera.distance"]:g} m.',
         f'Give it to {", ".join(nodes)} and {last}, after your own params file.',
