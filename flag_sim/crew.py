@@ -70,6 +70,9 @@ class Crew:
     def __exit__(self, *exception):
         """End a frame; choose when all numbers of threads have had their turns."""
         spent = (time.perf_counter() - self._begin) / self._amount
+        with self._lock:
+            self._is_called = False
+            self._dealt[0] += 1
         if self._times:
             self._times[self.threads].append(spent)
             if min(map(len, self._times.values())) == ROUNDS:
@@ -103,22 +106,23 @@ class Crew:
                 other.result()
 
     def call(self):
-        """Wake the threads ahead of a deal: what is done until then costs no waiting for them."""
+        """
+        Wake the threads ahead of the frame's deals: nobody has to wait for them then.
+
+        They stay awake between deals, for a millisecond each time, until the frame ends.
+        """
         if self.threads == 1:
             return
         self._hire_after_fork()
         with self._lock:
-            asleep = set(range(1, self.threads)) - self._awake
-            self._awake |= asleep
-        for number in asleep:
-            self._pool.submit(self._attend, number)
+            self._is_called = True
+            self._wake()
 
     def deal(self, work):
         """
         Call work(number) in all threads, which take pieces of work until none is left.
 
-        Returns when all are done; a thread that has not begun by then is not waited for. The
-        threads then stay awake for a millisecond, so that deals can follow one another.
+        Returns when all are done; a thread that has not begun by then is not waited for.
         """
         if self.threads == 1:
             return work(0)
@@ -127,7 +131,7 @@ class Crew:
         with self._lock:
             self._deal = deal
             self._dealt[0] += 1
-        self.call()
+            self._wake()
         try:
             work(0)
         finally:
@@ -138,6 +142,12 @@ class Crew:
         if deal.error is not None:
             raise deal.error
 
+    def _wake(self):
+        """Let those who sleep attend; the lock is held."""
+        for number in set(range(1, self.threads)) - self._awake:
+            self._awake.add(number)
+            self._pool.submit(self._attend, number)
+
     def _attend(self, number):
         """Work at what is dealt, as one thread, until nothing is for a while."""
         last = None
@@ -147,6 +157,9 @@ class Crew:
                 is_mine = deal not in (None, last) and number < self.threads
                 if is_mine:
                     deal.busy[0] += 1
+                elif not self._is_called:
+                    self._awake.discard(number)
+                    return
             if is_mine:
                 last = deal
                 try:
@@ -170,9 +183,12 @@ class Crew:
         """Start all threads now, so that none can be missing when others wait for it."""
         self._process = os.getpid()
         self._pool = None
-        # Under the lock: the deal that is on, if any, how many there were, and who is awake.
+        # Under the lock: the deal that is on, if any; a count of changes; who is awake; and whether
+        # to stay so. Outside of frames all sleep: a system takes one who spins to be busy, and
+        # then wakes it on the processor of who calls it, though another one is free.
         self._lock = threading.Lock()
         self._deal, self._dealt, self._awake = None, np.zeros(1, np.int64), set()
+        self._is_called = False
         if self._most > 1:
             self._pool = ThreadPoolExecutor(self._most - 1, 'crew')
             here = threading.Barrier(self._most)
