@@ -183,7 +183,7 @@ class Crew:
         """Start all threads now, so that none can be missing when others wait for it."""
         self._process = os.getpid()
         self._pool = None
-        # Under the lock: the deal that is on, if any; a count of changes; who is awake; and whether
+        # Under the lock: the deal that is on, if any; a count of changes; who is awake, and if
         # to stay so. Outside of frames all sleep: a system takes one who spins to be busy, and
         # then wakes it on the processor of who calls it, though another one is free.
         self._lock = threading.Lock()
