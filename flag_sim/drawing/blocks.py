@@ -56,9 +56,10 @@ def draw_narrow(triangles, numbers, first, count, closed, u, v, nearness, colour
     """
     Draw `count` triangles, at most GROUP, numbers[first] and on, into rows top .. end - 1.
 
-    All are INSIDE and of one kind, SLIM or, is_slanted, NARROW (see culling). closed, colours, is_flat, is_correct, is_painted,
-    shift_u, shift_v, stride: see rasterizer.fill; places, values, edges, planes: for the work in
-    between; depths, words: nearness and colours of the rows.
+    All are INSIDE and of one kind, SLIM or, where is_slanted, NARROW (see culling). closed,
+    colours, is_flat, is_correct, is_painted, shift_u, shift_v, stride: see rasterizer.fill;
+    places, values, edges, planes: for the work in between; depths, words: nearness and colours of
+    the rows.
     """
     kept = _fetch(triangles, numbers, first, count, closed, u, v, nearness, colours, is_flat,
                   is_correct, shift_u, shift_v, places, values)
