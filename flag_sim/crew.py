@@ -18,6 +18,9 @@ import os
 import threading
 import time
 
+from flag_sim.waiting import wait_while
+import numpy as np
+
 # To choose, each number of threads does this many frames; its fastest counts, for nothing else
 # on the machine can make a frame faster than it is.
 ROUNDS = 6
@@ -67,6 +70,9 @@ class Crew:
     def __exit__(self, *exception):
         """End a frame; choose when all numbers of threads have had their turns."""
         spent = (time.perf_counter() - self._begin) / self._amount
+        with self._lock:
+            self._is_called = False
+            self._dealt[0] += 1
         if self._times:
             self._times[self.threads].append(spent)
             if min(map(len, self._times.values())) == ROUNDS:
@@ -99,18 +105,74 @@ class Crew:
             for other in others:
                 other.result()
 
+    def call(self):
+        """
+        Wake the threads ahead of the frame's deals: nobody has to wait for them then.
+
+        They stay awake between deals, for a millisecond each time, until the frame ends.
+        """
+        if self.threads == 1:
+            return
+        self._hire_after_fork()
+        with self._lock:
+            self._is_called = True
+            self._wake()
+
     def deal(self, work):
         """
         Call work(number) in all threads, which take pieces of work until none is left.
 
         Returns when all are done; a thread that has not begun by then is not waited for.
         """
+        if self.threads == 1:
+            return work(0)
         self._hire_after_fork()
-        others = [self._pool.submit(work, number) for number in range(1, self.threads)]
-        work(0)
-        for other in others:
-            if not other.cancel():
-                other.result()
+        deal = _Deal(work)
+        with self._lock:
+            self._deal = deal
+            self._dealt[0] += 1
+            self._wake()
+        try:
+            work(0)
+        finally:
+            with self._lock:
+                self._deal = None
+            while deal.busy[0]:
+                wait_while(deal.busy, deal.busy[0])
+        if deal.error is not None:
+            raise deal.error
+
+    def _wake(self):
+        """Let those who sleep attend; the lock is held."""
+        for number in set(range(1, self.threads)) - self._awake:
+            self._awake.add(number)
+            self._pool.submit(self._attend, number)
+
+    def _attend(self, number):
+        """Work at what is dealt, as one thread, until nothing is for a while."""
+        last = None
+        while True:
+            with self._lock:
+                deal, dealt = self._deal, self._dealt[0]
+                is_mine = deal not in (None, last) and number < self.threads
+                if is_mine:
+                    deal.busy[0] += 1
+                elif not self._is_called:
+                    self._awake.discard(number)
+                    return
+            if is_mine:
+                last = deal
+                try:
+                    deal.work(number)
+                except BaseException as error:
+                    deal.error = error
+                with self._lock:
+                    deal.busy[0] -= 1
+            elif not wait_while(self._dealt, dealt):
+                with self._lock:
+                    if self._dealt[0] == dealt:
+                        self._awake.discard(number)
+                        return
 
     def _hire_after_fork(self):
         """Start threads anew in the child of a fork, which has this object but none of them."""
@@ -121,6 +183,12 @@ class Crew:
         """Start all threads now, so that none can be missing when others wait for it."""
         self._process = os.getpid()
         self._pool = None
+        # Under the lock: the deal that is on, if any; a count of changes; who is awake, and if
+        # to stay so. Outside of frames all sleep: a system takes one who spins to be busy, and
+        # then wakes it on the processor of who calls it, though another one is free.
+        self._lock = threading.Lock()
+        self._deal, self._dealt, self._awake = None, np.zeros(1, np.int64), set()
+        self._is_called = False
         if self._most > 1:
             self._pool = ThreadPoolExecutor(self._most - 1, 'crew')
             here = threading.Barrier(self._most)
@@ -138,3 +206,11 @@ class Crew:
             if min(times) < (1.0 - WORTH) * best_time:
                 best, best_time = count, min(times)
         return best
+
+
+class _Deal:
+    """Work that is dealt: how many other threads are at it, and what went wrong there."""
+
+    def __init__(self, work):
+        self.work = work
+        self.busy, self.error = np.zeros(1, np.int64), None

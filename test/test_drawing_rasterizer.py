@@ -44,7 +44,8 @@ def draw(corners, nearness=1.0, colours=255.0, is_correct=False, bands=1,
         np.arange(count, dtype=np.int32)
     where, kinds = np.zeros(points, np.int32), np.empty(count, np.uint8)
     spans, boxes = np.empty((2, count), np.int16), np.empty((4, -(-count // CHUNK)), np.int32)
-    cull(triangles, order, u, v, where, PLACES, WIDTH, HEIGHT, kinds, spans, boxes)
+    cull(triangles, order, 0, boxes.shape[1], u, v, where, PLACES, WIDTH, HEIGHT, kinds, spans,
+         boxes)
     if kind is not None:
         kinds[:] = kind
     numbers = np.empty(count + 1, np.int32)
@@ -89,9 +90,11 @@ def some_triangles(kind, count, rng):
     elif kind == 'small':
         triangles = triangles[:, :1] + rng.integers(-400, 401, (count, 3, 2))
     elif kind == 'narrow':
-        # Up to as high as vertices can be apart.
+        # Up to as high as vertices can be apart: what is beyond is clipped.
         triangles[:, :, 0] = triangles[:, :1, 0] + rng.integers(0, 64 * PLACES, (count, 3))
-        triangles[:, :, 1] *= 8 ** rng.integers(0, 5, (count, 1))
+        reach = int(GUARD) * PLACES
+        triangles[:, :, 1] = np.clip(triangles[:, :, 1] * 8 ** rng.integers(0, 5, (count, 1)),
+                                     -reach, reach)
     elif kind == 'centres':
         triangles = triangles // PLACES * PLACES
     elif kind == 'halves':
@@ -269,7 +272,8 @@ def test_hostile_vertices_write_nothing_outside():
         kinds, numbers = np.empty(4000, np.uint8), np.empty(4001, np.int32)
         spans, boxes = np.empty((2, 4000), np.int16), np.empty((4, -(-4000 // CHUNK)), np.int32)
         order = np.arange(4000, dtype=np.int32)
-        cull(triangles, order, u, v, where, 0, WIDTH, HEIGHT, kinds, spans, boxes)
+        cull(triangles, order, 0, boxes.shape[1], u, v, where, 0, WIDTH, HEIGHT, kinds, spans,
+             boxes)
         count, _, _ = collect(order, spans, boxes, 0, HEIGHT, numbers)
         # The rows lie between margins that must stay as they are.
         depth = np.full(size + 2 * margin, np.float32(-1e30))

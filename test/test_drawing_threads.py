@@ -20,6 +20,7 @@ from flag_sim import crew
 from flag_sim.drawing import Camera, Picture, Style
 from flag_sim.drawing.bands import BAND
 from flag_sim.drawing.deal import take
+from flag_sim.drawing.picture import WORTH_SHARING
 from flag_sim.drawing.tiles import TILE
 from flag_sim.kernels import kernel
 
@@ -46,6 +47,34 @@ def test_the_same_picture_to_the_bit(name, width, height):
         for other in others:
             np.testing.assert_array_equal(other.draw(wave(phase=phase), **look), rgb)
             np.testing.assert_array_equal(other.depth(), one.depth())
+
+
+def test_the_same_picture_where_vertices_are_shared_too():
+    # More pieces of points and of triangles than are worth sharing.
+    for style in (STYLES['plain'], STYLES['painter']):
+        one, two = Picture(1), Picture(2)
+        for phase in range(3):
+            flag = wave(rows=150, columns=301, phase=phase)
+            np.testing.assert_array_equal(two.draw(flag, style=style), one.draw(flag, style=style))
+        assert len(one._assembly.pieces) > WORTH_SHARING
+
+
+def test_threads_are_awake_in_a_frame_alone():
+    # One waking a frame: they stay for the next deal, and sleep when the frame is over.
+    workers, called = crew.Crew(2), []
+
+    def work(number):
+        called.append(number)
+        while len(called) % 2:  # until the other one is here
+            time.sleep(1e-4)
+
+    with workers:
+        workers.call()
+        for _ in range(5):
+            workers.deal(work)
+    assert sorted(called) == [0] * 5 + [1] * 5
+    workers._pool.submit(int).result(10.0)  # its only thread is free again
+    assert workers._awake == set()
 
 
 def test_bands_hold_whole_tiles():

@@ -20,6 +20,9 @@ from flag_sim.drawing.scene import platform_mesh, pole_mesh
 
 import numpy as np
 
+# Points that are taken to the screen in one go: so few that they stay in a processor's cache.
+PIECE = 8192
+
 
 class Assembly:
     """
@@ -27,8 +30,9 @@ class Assembly:
 
     points, normals: (n, 3); triangles: (m, 3) int32, from number `closed` on of closed bodies,
     whose backs nobody sees; parts: the name of each thing with its slices of points and of
-    triangles. The flag stands first; its points and normals are written by every frame, and so
-    are view, u, v, nearness, where: see projection; kinds, spans, boxes: see culling.
+    triangles; pieces: the same slices of points, cut for threads to share. The flag stands first;
+    its points and normals are written by every frame, and so are view, u, v, nearness, where: see
+    projection; kinds, spans, boxes: see culling.
     """
 
     def __init__(self, rows, columns, scene, segments):
@@ -53,6 +57,10 @@ class Assembly:
         self.points, self.normals = np.concatenate(points), np.concatenate(normals)
         self.triangles = np.concatenate(triangles)
         self.order = np.arange(len(self.triangles), dtype=np.int32)
+        self.pieces = [
+            (name, slice(first, min(first + PIECE, points.stop)))
+            for name, (points, _) in self.parts.items()
+            for first in range(points.start, points.stop, PIECE)]
 
         count, chunks = len(self.triangles), -(-len(self.triangles) // CHUNK)
         self.view = np.empty(self.points.shape)
@@ -68,12 +76,25 @@ class Assembly:
         normals: the same shape, or None to average them from the triangles (1.13). Raises
         ValueError for another shape.
         """
+        self.give_flag(vertices, normals)
+        self.take_flag(self.parts['flag'][0])
+
+    def give_flag(self, vertices, normals):
+        """Begin to do so: keep both until take_flag is done with them, piece by piece."""
         points, numbers = self.parts['flag']
-        self.points[points] = vertices.reshape(-1, 3)
+        self._given = vertices.reshape(-1, 3), None
         if normals is None:
+            self.take_flag(points)
             normals = vertex_normals(self.points[points], self.triangles[numbers])
         else:
             normals = np.asarray(normals)
             checks.require(normals.shape == self._shape, 'flag_normals',
                            f'of the shape of flag_vertices {self._shape}', normals.shape)
-        self.normals[points] = normals.reshape(-1, 3)
+        self._given = vertices.reshape(-1, 3), normals.reshape(-1, 3)
+
+    def take_flag(self, piece):
+        """Take the points of a slice of the flag, which stands first."""
+        vertices, normals = self._given
+        self.points[piece] = vertices[piece]
+        if normals is not None:
+            self.normals[piece] = normals[piece]

@@ -56,24 +56,32 @@ def draw_narrow(triangles, numbers, first, count, closed, u, v, nearness, colour
     """
     Draw `count` triangles, at most GROUP, numbers[first] and on, into rows top .. end - 1.
 
-    All are INSIDE and narrow (see culling). closed, colours, is_flat, is_correct, is_painted,
-    shift_u, shift_v, stride: see rasterizer.fill; places, values, edges, planes: for the work in
-    between; depths, words: nearness and colours of the rows.
+    All are INSIDE and of one kind, SLIM or, where is_slanted, NARROW (see culling). closed,
+    colours, is_flat, is_correct, is_painted, shift_u, shift_v, stride: see rasterizer.fill;
+    places, values, edges, planes: for the work in between; depths, words: nearness and colours of
+    the rows.
     """
     kept = _fetch(triangles, numbers, first, count, closed, u, v, nearness, colours, is_flat,
                   is_correct, shift_u, shift_v, places, values)
     _set_up(kept, width, places, values, edges, planes)
-    if is_painted:
-        for k in range(kept):
-            # What is emptied first is covered.
-            _empty_rows(k, edges, top, end, stride, depths)
-            _draw_rows(k, k + np.uint64(1), edges, planes, is_correct, top, end, stride,
-                       depths, words)
-    elif is_slanted:
-        _draw_slanted(np.uint64(0), kept, edges, planes, is_correct, top, end, stride,
-                      depths, words)
+    if not is_painted:
+        _draw(np.uint64(0), kept, edges, planes, is_slanted, is_correct, top, end, stride,
+              depths, words)
+        return
+    for k in range(kept):
+        # What is emptied first is covered.
+        _empty_rows(k, edges, top, end, stride, depths)
+        _draw(k, k + np.uint64(1), edges, planes, is_slanted, is_correct, top, end, stride,
+              depths, words)
+
+
+@kernel
+def _draw(first_k, end_k, edges, planes, is_slanted, is_correct, begin, end, stride,
+          depths, words):
+    if is_slanted:
+        _draw_slanted(first_k, end_k, edges, planes, is_correct, begin, end, stride, depths, words)
     else:
-        _draw_rows(np.uint64(0), kept, edges, planes, is_correct, top, end, stride, depths, words)
+        _draw_rows(first_k, end_k, edges, planes, is_correct, begin, end, stride, depths, words)
 
 
 @kernel

@@ -25,21 +25,24 @@ CHUNK = 64
 # are needed, or all, for these are so few that to look which would take longer.
 ALONE, NARROW, SLIM = range(3)
 # Up to which widths [1 / PLACES pixel]; a matter of speed, but the edge functions of what is drawn
-# in a group must stay below 2^31, and do so up to 64 pixels, however high it is.
+# in a group must stay below 2^31. Up to 64 pixels they do: no two vertices are more than 2^23
+# places apart (see GUARD), and blocks reach 14 pixels beyond: 2 (78 2^8) 2^23 / 2^8 < 2^31.
 NARROW_WIDTH, SLIM_WIDTH = 64 * PLACES, 16 * PLACES
 
 
 @kernel
-def cull(triangles, order, u, v, where, margin, width, height, kinds, spans, boxes):
+def cull(triangles, order, first_chunk, end_chunk, u, v, where, margin, width, height,
+         kinds, spans, boxes):
     """
     Find the rows that triangles (m, 3) in `order` (m,) can cover.
 
     u, v, where: from project; margin: [1 / PLACES pixel] around the pixels' centres. Writes
-    kinds (m,) uint8, by the triangle's number: ALONE, SLIM or NARROW; and by the place in `order`: spans
-    (2, m) int16, first row and end, both 0 for what cannot be seen; boxes (4, chunks) int32: the
-    same and first column and end of each CHUNK.
+    kinds (m,) uint8, by the triangle's number: ALONE, SLIM or NARROW; and by the place in `order`:
+    spans (2, m) int16, first row and end, both 0 for what cannot be seen; boxes (4, chunks)
+    int32: the same and first column and end of each CHUNK. Only chunks first_chunk ..
+    end_chunk - 1 are done.
     """
-    for chunk in range(boxes.shape[1]):
+    for chunk in range(first_chunk, end_chunk):
         first, last = chunk * CHUNK, min((chunk + 1) * CHUNK, order.shape[0])
         box_top, box_end = np.int32(height), np.int32(0)
         box_left, box_right = np.int32(width), np.int32(0)

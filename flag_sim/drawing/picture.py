@@ -30,6 +30,11 @@ from flag_sim.drawing.tiles import PATTERNS
 
 import numpy as np
 
+# Chunks of triangles that a thread looks at in one go.
+CHUNKS = 128
+# More pieces than this are shared among threads; fewer are done sooner than those can begin.
+WORTH_SHARING = 4
+
 
 class Picture:
     """
@@ -47,7 +52,7 @@ class Picture:
     def __init__(self, threads=1):
         """Begin without buffers: the first frame's camera says how large they are."""
         self._crew = Crew(threads)
-        self._camera = self._canvas = self._assembly = self._draw_bands = None
+        self._camera = self._canvas = self._assembly = self._draw_bands = self._colours = None
         self._desks = {}
         self._is_depth_kept = self._is_depth_wanted = False
 
@@ -63,10 +68,11 @@ class Picture:
         for other shapes.
         """
         with self._crew:
+            self._crew.call()
             self._assemble(flag_vertices, flag_normals, camera, scene)
-            self._project(style)
-            colours = self._shade(materials, light, style)
-            self._paint(colours, style)
+            self._transform(materials, light, style)
+            self._cull(style)
+            self._paint(style)
         return self._canvas.rgb
 
     def depth(self):
@@ -97,39 +103,65 @@ class Picture:
         kind = vertices.shape[:2], scene, scene.segments(camera)
         if self._assembly is None or self._assembly.kind != kind:
             self._assembly = Assembly(*vertices.shape[:2], *kind[1:])
-        self._assembly.set_flag(vertices, normals)
+        self._assembly.give_flag(vertices, normals)
 
-    def _project(self, style):
-        """Take the vertices to the screen, and find what can be seen in which rows."""
+    def _transform(self, materials, light, style):
+        """Take the vertices to the screen, and light both sides of them, or of triangles."""
         assembly, camera = self._assembly, self._camera
         matrix = np.diag([camera.focal, camera.focal, 1.0, 1.0]) @ camera.pose
-        project(assembly.points, matrix, *camera.centre, camera.near, camera.is_perspective,
-                assembly.view, assembly.u, assembly.v, assembly.nearness, assembly.where)
+        is_flat = style.shading == 'flat'
+        shape = len(assembly.triangles if is_flat else assembly.points), 2, 3
+        if self._colours is None or self._colours.shape != shape:
+            self._colours = np.empty(shape)
+        pieces = iter(assembly.pieces)
+
+        def take(thread):
+            for name, piece in pieces:
+                if name == 'flag':
+                    assembly.take_flag(piece)
+                project(assembly.points[piece], matrix, *camera.centre, camera.near,
+                        camera.is_perspective, assembly.view[piece], assembly.u[piece],
+                        assembly.v[piece], assembly.nearness[piece], assembly.where[piece])
+                if not is_flat:
+                    shade(assembly.points[piece], assembly.normals[piece], camera.viewpoint,
+                          getattr(materials, name), light, self._colours[piece])
+
+        self._share(len(assembly.pieces), take)
+        if is_flat:
+            normals = face_normals(assembly.points, assembly.triangles)
+            points = assembly.points[assembly.triangles].mean(axis=1)
+            for name, (_, part) in assembly.parts.items():
+                shade(points[part], normals[part], camera.viewpoint, getattr(materials, name),
+                      light, self._colours[part])
+
+    def _cull(self, style):
+        """Find what can be seen in which rows."""
+        assembly, camera = self._assembly, self._camera
         if style.hidden_surface == 'painter':
             self._order = far_to_near(assembly.triangles, assembly.view)
         else:
             self._order = assembly.order
         # Lines lie in whole pixels, and samples beside the pixels' centres.
         margin = PLACES if style.outline or style.samples > 1 else 0
-        cull(assembly.triangles, self._order, assembly.u, assembly.v, assembly.where, margin,
-             camera.width, camera.height, assembly.kinds, assembly.spans, assembly.boxes)
+        chunks = assembly.boxes.shape[1]
+        pieces = iter(range(0, chunks, CHUNKS))
 
-    def _shade(self, materials, light, style):
-        """Give the colours of both sides of all vertices, or of all triangles if flat."""
-        points, normals = self._assembly.points, self._assembly.normals
-        is_flat = style.shading == 'flat'
-        if is_flat:
-            triangles = self._assembly.triangles
-            normals = face_normals(points, triangles)
-            points = points[triangles].mean(axis=1)
-        colours = np.empty((len(points), 2, 3))
-        for name, slices in self._assembly.parts.items():
-            part = slices[is_flat]
-            shade(points[part], normals[part], self._camera.viewpoint, getattr(materials, name),
-                  light, colours[part])
-        return colours
+        def take(thread):
+            for first in pieces:
+                cull(assembly.triangles, self._order, first, min(first + CHUNKS, chunks),
+                     assembly.u, assembly.v, assembly.where, margin, camera.width, camera.height,
+                     assembly.kinds, assembly.spans, assembly.boxes)
 
-    def _paint(self, colours, style):
+        self._share(-(-chunks // CHUNKS), take)
+
+    def _share(self, pieces, take):
+        """Let the crew do take(thread), which goes on until `pieces` pieces of work are done."""
+        if pieces > WORTH_SHARING:
+            self._crew.deal(take)
+        else:
+            take(0)
+
+    def _paint(self, style):
         """Draw all bands; buffers are made anew where the camera or the style is another."""
         assembly, camera = self._assembly, self._camera
         farthest = 0.0 if camera.is_perspective else -np.inf
@@ -151,7 +183,7 @@ class Picture:
             draw_bands(
                 taken, assembly.triangles, self._order, assembly.spans, assembly.boxes,
                 assembly.kinds, assembly.closed, assembly.view, assembly.u, assembly.v,
-                assembly.nearness, assembly.where, colours, style.shading == 'flat',
+                assembly.nearness, assembly.where, self._colours, style.shading == 'flat',
                 *camera.centre, camera.near, camera.is_perspective, is_correct,
                 style.hidden_surface == 'painter', style.outline, pattern, style.word,
                 np.float32(farthest), camera.width, camera.height, desk.stride, *desk.arrays,

@@ -65,8 +65,8 @@ def fill(triangles, numbers, count, kinds, closed, view, u, v, nearness, where, 
             while k < count and k - first < GROUP and kinds[numbers[k]] == kind:
                 k += np.uint64(1)
             draw_narrow(triangles, numbers, first, k - first, closed, u, v, nearness, colours,
-                        is_flat, is_correct, is_painted, kind == NARROW, shift_u, shift_v, top, end,
-                        width, stride, places, values, edges, group_planes, depths, words)
+                        is_flat, is_correct, is_painted, kind == NARROW, shift_u, shift_v, top,
+                        end, width, stride, places, values, edges, group_planes, depths, words)
             continue
         t = np.uint64(numbers[k])
         k += np.uint64(1)
