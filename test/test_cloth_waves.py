@@ -51,6 +51,9 @@ SMALL_STEPS = {
 """Steps times the highest frequency, for methods that are not tried at their largest step."""
 
 
+SAMPLES = 5
+
+
 def rounding(solver, z_highest):
     """
     Return by how much a step may differ from theory, over omega dt.
@@ -62,23 +65,25 @@ def rounding(solver, z_highest):
     return {'xpbd': 0.25 * z_highest**2, 'implicit': 1e-3}.get(solver, 1e-10)
 
 
-def ring(cloth, shape, omega, samples=5):
+def ring(cloth, shape, omega, count=None):
     """
     Let a mode ring; return what a frame multiplies it by, and the steps of a frame with their z.
 
     shape: (rows, columns, 3) of the mode, in which the cloth has been placed; weighed by the mass
-    it is orthogonal to all other modes. A mode's samples obey y'' = a y' + b y, whose roots are
+    it is orthogonal to all other modes. count: steps of a frame, 0 for the method's own; by
+    default as SMALL_STEPS says. A mode's samples obey y'' = a y' + b y, whose roots are
     the factor and its conjugate.
     """
     frame = 1.5 / omega
     small = SMALL_STEPS.get(cloth.solver)
-    count = math.ceil(frame * highest_frequency(cloth) / small) if small else 0
-    cloth.stepping = Stepping(substeps=count, substeps_limit=10**6)
+    if count is None:
+        count = math.ceil(frame * highest_frequency(cloth) / small) if small else 0
+    cloth.stepping = Stepping(substeps=count, substeps_limit=count or 10**6)
     start = cloth.positions
     weighed = shape * cloth.mesh.grid(cloth.mesh.mass_share)[..., None]
     rest = np.sum(weighed * start) - np.sum(weighed * shape)
     amplitudes = [1.0]
-    for _ in range(samples):
+    for _ in range(SAMPLES):
         steps = cloth.advance(frame)
         amplitudes.append((np.sum(weighed * cloth.positions) - rest) / np.sum(weighed * shape))
     y = np.array(amplitudes)
