@@ -23,10 +23,14 @@ from flag_sim.cloth.stability import Stepping
 from flag_sim.cloth.strain import greatest_strain
 from flag_sim.nodes import messages
 from flag_sim.nodes.dials import PHYSICS, SCENE
+from flag_sim.nodes.lasting import Lasting
 from flag_sim.nodes.life import announce_when_slow, run
 from flag_sim.nodes.readout import ERROR, WARN
 from flag_sim.nodes.server import FrameServer, WARN_EVERY
 from flag_sim.nodes.topics import publish
+
+CALM = 2.0
+"""Seconds of simulated time without it after which softening or refining of steps is over."""
 
 
 def hang_of(values):
@@ -71,8 +75,8 @@ class Physics(FrameServer):
         super().__init__('physics', SCENE + PHYSICS)
         self._time = None  # stamp that the cloth stands at [ns]; None: at rest, before any frame
         self._plan = None  # how the last frame was divided into steps
-        self._refined = False
-        self._softened = False
+        self._refined = Lasting(CALM)
+        self._softened = Lasting(CALM)
         self._held = 0  # nodes that stretch_limit held back in the last frame
         self._diverged = ''  # why the last frame could not be simulated
         self._applied = dict(self.values)
@@ -165,31 +169,30 @@ class Physics(FrameServer):
             try:
                 self._plan = self._cloth.advance(dt, wind)
                 self._diverged = ''
-                self._report(self._plan)
+                self._report(self._plan, dt)
             except Diverged as error:
                 self._diverged = str(error)
                 self.get_logger().error(self._diverged, throttle_duration_sec=WARN_EVERY)
 
-    def _report(self, plan):
-        """Say when steps or cloth begin to be other than they are set, and when that ends."""
+    def _report(self, plan, dt):
+        """Say when steps or cloth begin to be other than they are set, and when that is over."""
         asked = self._applied['substeps']
-        refined = 0 < asked < plan.granted
-        if refined and not self._refined:
+        begins, ends = self._refined.see(0 < asked < plan.granted, dt)
+        if begins:
             self.get_logger().warning(
                 f'substeps = {asked} is not stable: the frame needs {plan.demanded} steps and '
                 f'gets {plan.granted}')
-        elif self._refined and not refined:
+        elif ends:
             self.get_logger().info('frames get the steps that they are set to get again')
-        self._refined = refined
-        softened = min(plan.stiffness_factor, plan.damping_factor) < 1.0
-        if softened and not self._softened:
+        begins, ends = self._softened.see(_is_softened(plan), dt)
+        if begins:
             self.get_logger().warning(
                 f'the frame needs {plan.demanded} steps and substeps_limit allows {plan.granted}: '
                 f'stiffness is lowered to {plan.stiffness_factor:.3g} and damping to '
                 f'{plan.damping_factor:.3g} of what is set')
-        elif self._softened and not softened:
-            self.get_logger().info('stiffness and damping are as they are set again')
-        self._softened = softened
+        elif ends:
+            self.get_logger().info('stiffness and damping are as they are set again: the frame '
+                                   f'needs {plan.demanded} steps and gets {plan.granted}')
         if self._cloth.held and not self._held:
             self.get_logger().warning(
                 f'{self._cloth.held} nodes would stretch the cloth beyond stretch_limit = '
@@ -200,11 +203,12 @@ class Physics(FrameServer):
     def status(self):
         """Return the level, a message and what the cloth and its steps are like."""
         level, message, _ = super().status()
+        is_softened = self._plan is not None and _is_softened(self._plan)
         if self._diverged:
             level, message = ERROR, self._diverged
-        elif self._softened or self._held:
+        elif is_softened or self._held:
             level, message = WARN, ' and '.join(
-                ['the cloth is softer than it is set'] * self._softened
+                ['the cloth is softer than it is set'] * is_softened
                 + [f'{self._held} nodes are held back by stretch_limit'] * bool(self._held))
         model, positions = self._cloth.model, self._cloth.positions
         values = {
@@ -223,6 +227,11 @@ class Physics(FrameServer):
         """Publish the frame's vertices."""
         with self.stopwatch.share('publish'):
             self._vertices_out.publish(cloud)
+
+
+def _is_softened(plan):
+    """Tell whether a frame's cloth was softer or less damped than it is set."""
+    return min(plan.stiffness_factor, plan.damping_factor) < 1.0
 
 
 def main(args=None):
