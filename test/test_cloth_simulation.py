@@ -67,6 +67,15 @@ def test_same_input_same_output_to_the_bit():
     assert np.array_equal(first.positions, second.positions)
 
 
+def test_the_wind_of_a_frame_blows_in_it():
+    """Not that of the frame before: a flat sheet at rest begins to move with it."""
+    cloth = Cloth(5, 7, gravity=0.0)
+    cloth.advance(0.01)
+    assert np.all(cloth.velocities[..., 1] == 0.0)
+    cloth.advance(0.01, (0.0, 3.0, 0.0))
+    assert cloth.velocities[:, 1:, 1].min() > 0.01
+
+
 @pytest.mark.parametrize('changes', [
     {'material': Material(stiffness=50.0)}, {'material': Material(stiffness=3e5)},
     {'material': Material(damping=0.0)}, {'material': Material(bend_stiffness=0.0)},

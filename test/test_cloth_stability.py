@@ -20,7 +20,7 @@ from flag_sim.cloth import Air, Cloth, Diverged, Material, Stepping
 from flag_sim.cloth.energy import bending_energy, elastic_energy, kinetic_energy
 from flag_sim.cloth.mesh import Mesh, PRECISIONS
 from flag_sim.cloth.model import Model
-from flag_sim.cloth.solvers import SOLVERS
+from flag_sim.cloth.solvers import rk4, SOLVERS
 from flag_sim.cloth.stability import damping_bound, frequency_bound, plan
 import numpy as np
 import pytest
@@ -329,6 +329,15 @@ def test_the_largest_steps_of_higher_orders_are_stable(solver, omega, gamma):
         step = h * np.array([[0.0, 1.0], [-omega**2, -gamma]])
         matrix = sum(np.linalg.matrix_power(step, n) / math.factorial(n) for n in range(5))
     assert np.abs(np.linalg.eigvals(matrix)).max() <= 1.0 + 1e-9
+
+
+def test_the_region_of_rk4_holds_the_half_disc_that_it_is_taken_for():
+    """R(z) = sum z^n / n! to the fourth order; and a half disc larger by a twentieth not."""
+    def growth(radius):
+        z = radius * np.exp(1j * np.linspace(0.5, 1.5, 2001) * np.pi)
+        return np.abs(sum(z**n / math.factorial(n) for n in range(5))).max()
+
+    assert growth(rk4.RADIUS) <= 1.0 < growth(1.05 * rk4.RADIUS)
 
 
 @pytest.mark.parametrize('solver', ['euler', 'seed'])
