@@ -94,6 +94,17 @@ def test_no_state_is_damped_faster_than_the_bound(grid, size):
         assert true > 0.4 * bound
 
 
+def test_the_bound_of_damping_is_reached():
+    """By neighbours in a row that move against each other, where cells are 100 times as wide."""
+    mesh = Mesh(3, 9, 0.08, 2.0, pinned=False)
+    model = Model(mesh, Material(shear_stiffness=0.0, damping=0.7))
+    rest = mesh.rest((0.0, 0.0, 0.0))
+    matrix = jacobian(model, rest, np.zeros_like(rest), 'velocities')
+    # Columns have springs, and with the root of stiffness dashpots, that add a part 1/100 to it.
+    true = largest_eigenvalue(model, matrix, mesh.grid(mesh.free))
+    assert 0.98 < true / damping_bound(model) < 1.0 + 1e-6
+
+
 @pytest.mark.parametrize('omega, gamma', [(1.0, 0.0), (30.0, 1.0), (1.0, 5.0), (0.0, 3.0)])
 def test_the_symplectic_step_is_stable_up_to_its_largest_and_not_beyond(omega, gamma):
     """The eigenvalues of one step's amplification matrix."""
