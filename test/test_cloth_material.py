@@ -124,6 +124,14 @@ def test_mass_is_the_same_on_every_grid(rows, columns):
     assert mass[1, 1] == pytest.approx(model.cell_mass)
 
 
+@pytest.mark.parametrize('rows, columns', GRIDS)
+def test_damping_is_the_ratio_of_two_nodes_on_a_spring(rows, columns):
+    """Their distance d obeys m/2 d'' + c d' + k d = 0, which is critical where c^2 = 2 k m."""
+    model, _ = sheet(rows, columns, damping=0.3)
+    for k, c in zip(model.spring_k, model.spring_c):
+        assert c == pytest.approx(0.3 * math.sqrt(2.0 * k * model.cell_mass), rel=1e-12)
+
+
 @pytest.mark.parametrize('kind, dials, rule', [
     (Material, {'area_density': 0.0}, 'area_density must be greater than 0, not 0'),
     (Material, {'area_density': -1.0}, 'area_density must be greater than 0, not -1'),

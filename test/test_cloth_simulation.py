@@ -18,9 +18,11 @@ import math
 import time
 
 from flag_sim.cloth import Air, Cloth, Diverged, Material, simulation, Stepping
+from flag_sim.cloth.divergence import broken_bound
 from flag_sim.cloth.mesh import Mesh, resample
 from flag_sim.cloth.normals import node_normals
 from flag_sim.cloth.solvers import SOLVERS
+from flag_sim.cloth.state import State
 import numpy as np
 import pytest
 
@@ -65,6 +67,15 @@ def test_same_input_same_output_to_the_bit():
     for _ in range(10):
         second.advance(0.02, WIND)
     assert np.array_equal(first.positions, second.positions)
+
+
+def test_the_wind_of_a_frame_blows_in_it():
+    """Not that of the frame before: a flat sheet at rest begins to move with it."""
+    cloth = Cloth(5, 7, gravity=0.0)
+    cloth.advance(0.01)
+    assert np.all(cloth.velocities[..., 1] == 0.0)
+    cloth.advance(0.01, (0.0, 3.0, 0.0))
+    assert cloth.velocities[:, 1:, 1].min() > 0.01
 
 
 @pytest.mark.parametrize('changes', [
@@ -148,6 +159,16 @@ def test_a_bad_state_is_not_let_out():
     cloth.reset()
     cloth.advance(0.02, WIND)
     assert np.isfinite(cloth.positions).all()
+
+
+@pytest.mark.parametrize('value', [math.nan, math.inf, -math.inf, 1e10])
+@pytest.mark.parametrize('row, what', [(0, 'position'), (2, 'position'), (5, 'velocity')])
+def test_one_bad_number_breaks_a_bound(row, what, value):
+    """Not a number is out of bounds too, although it compares with nothing."""
+    state = State(Mesh(3, 4, 1.0, 1.0))
+    assert broken_bound(state) == ''
+    state.mesh.grid(state.data[row])[1, 2] = value
+    assert f'a {what} is not finite or beyond' in broken_bound(state)
 
 
 @pytest.mark.parametrize('arguments, rule', [

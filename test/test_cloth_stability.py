@@ -23,7 +23,7 @@ from flag_sim.cloth.material import VACUUM
 from flag_sim.cloth.mesh import Mesh, PRECISIONS
 from flag_sim.cloth.model import Model
 from flag_sim.cloth.pressure import LAWS
-from flag_sim.cloth.solvers import SOLVERS
+from flag_sim.cloth.solvers import rk4, SOLVERS
 from flag_sim.cloth.stability import damping_bound, frequency_bound, plan
 import numpy as np
 import pytest
@@ -72,6 +72,17 @@ def test_no_state_is_damped_faster_than_the_bound(grid, size):
     assert true <= bound * (1.0 + 1e-6)
     if size == 0.0:
         assert true > 0.4 * bound
+
+
+def test_the_bound_of_damping_is_reached():
+    """By neighbours in a row that move against each other, where cells are 100 times as wide."""
+    mesh = Mesh(3, 9, 0.08, 2.0, pinned=False)
+    model = Model(mesh, Material(shear_stiffness=0.0, damping=0.7))
+    rest = mesh.rest((0.0, 0.0, 0.0))
+    matrix = jacobian(model, rest, np.zeros_like(rest), 'velocities')
+    # Columns have springs, and with the root of stiffness dashpots, that add a part 1/100 to it.
+    true = largest_eigenvalue(model, matrix, mesh.grid(mesh.free))
+    assert 0.98 < true / damping_bound(model) < 1.0 + 1e-6
 
 
 @pytest.mark.parametrize('omega, gamma', [(1.0, 0.0), (30.0, 1.0), (1.0, 5.0), (0.0, 3.0)])
@@ -338,6 +349,15 @@ def test_the_largest_steps_of_higher_orders_are_stable(solver, omega, gamma):
         step = h * np.array([[0.0, 1.0], [-omega**2, -gamma]])
         matrix = sum(np.linalg.matrix_power(step, n) / math.factorial(n) for n in range(5))
     assert np.abs(np.linalg.eigvals(matrix)).max() <= 1.0 + 1e-9
+
+
+def test_the_region_of_rk4_holds_the_half_disc_that_it_is_taken_for():
+    """R(z) = sum z^n / n! to the fourth order; and a half disc larger by a twentieth not."""
+    def growth(radius):
+        z = radius * np.exp(1j * np.linspace(0.5, 1.5, 2001) * np.pi)
+        return np.abs(sum(z**n / math.factorial(n) for n in range(5))).max()
+
+    assert growth(rk4.RADIUS) <= 1.0 < growth(1.05 * rk4.RADIUS)
 
 
 @pytest.mark.parametrize('solver', ['euler', 'seed'])

@@ -20,8 +20,8 @@ from flag_sim.cloth import bending, forces, holds, Material, springs, wind
 from flag_sim.cloth.forces import Forcing, Work
 from flag_sim.cloth.mesh import Mesh, PRECISIONS
 from flag_sim.cloth.model import Model
-from flag_sim.cloth.solvers import (conjugate, euler, implicit, matrix, rk4, seed, symplectic,
-                                    verlet, xpbd)
+from flag_sim.cloth.solvers import (conjugate, euler, implicit, matrix, plate, rk4, seed,
+                                    symplectic, verlet, xpbd)
 from flag_sim.cloth.state import State
 from llvmlite.binding import get_host_cpu_features
 import numba
@@ -59,7 +59,10 @@ def loops(precision):
         (rk4._begin, x, one, a, x_out),
         (rk4._stage, x, v, a, tuple(mesh.fields(3)), f, w, x_out, v_out, one, one, one),
         (xpbd._predict, x, v, f, w, x_out, one, one),
-        (xpbd._set_velocity, x, x_out, v, one)]
+        (xpbd._set_velocity, x, x_out, v, one),
+        (plate._move, x, w, span[2], a),
+        (plate._set_twists, x, weights.cell, one, a),
+        (plate._move_twisted, x, w, a)]
     return named(calls, span)
 
 
@@ -78,7 +81,10 @@ def scalar_loops(precision):
         (xpbd._set_lines, x, x_out, weights.down, one, one, one, ahead, ahead, lines),
         (xpbd._solve_lines, w, weights.down, one, ahead, ahead, ahead, lines),
         (xpbd._move_lines, x, w, ahead, ahead, lines),
-        (xpbd._meet_bending, x, w, weights, vector, one),
+        (plate._factor_curvatures, w, weights.bend_down, one, ahead, a),
+        (plate._factor_twists, w, weights.cell, one, ahead, a[:2]),
+        (plate._meet_curvatures, x, w, weights.bend_down, one, ahead, f, a),
+        (plate._solve_twists, a[:2], ahead, f),
         (matrix.set_springs, x, weights, vector, vector, vector, filled, one),
         (matrix.set_faces, x, v, vector, weights, one, c.law, filled, one),
         (matrix._multiply_springs, filled, mass, one, a, f),

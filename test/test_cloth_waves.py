@@ -28,22 +28,7 @@ from flag_sim.cloth.solvers import SOLVERS
 import numpy as np
 import pytest
 from scipy.special import jn_zeros
-from support.cloths import hanging, highest_frequency, ring
-
-
-def _symplectic(z):
-    """Solve l^2 - (2 - z^2) l + 1 = 0, which is sin(omega' dt / 2) = omega dt / 2."""
-    return 1.0 - 0.5 * z**2 + 1j * z * np.sqrt(1.0 - 0.25 * z**2)
-
-
-FACTORS = {
-    'symplectic': _symplectic, 'verlet': _symplectic, 'seed': _symplectic,
-    'rk4': lambda z: sum((1j * z)**n / math.factorial(n) for n in range(5)),
-    'euler': lambda z: 1.0 + 1j * z,
-    'xpbd': lambda z: 1.0 / (1.0 - 1j * z),
-    'implicit': lambda z: 1.0 / (1.0 - 1j * z),
-}
-"""By what a step multiplies an undamped mode, given z = omega dt."""
+from support.cloths import FACTORS, hanging, highest_frequency, ring
 
 
 def rounding(solver, z_highest):

@@ -23,11 +23,15 @@ from flag_sim.cloth.strain import greatest_strain
 from flag_sim.nodes import messages
 from flag_sim.nodes.complaints import WARN_EVERY
 from flag_sim.nodes.dials import PHYSICS, SCENE
+from flag_sim.nodes.lasting import Lasting
 from flag_sim.nodes.life import compiling, run
 from flag_sim.nodes.readout import ERROR, WARN
 from flag_sim.nodes.server import FrameServer
 from flag_sim.nodes.topics import publish
 from flag_sim.settings import air_of, cloth_of, hang_of, material_of, pole_of, stepping_of
+
+CALM = 2.0
+"""Seconds of simulated time without it after which softening or refining of steps is over."""
 
 
 def kernels_of(values):
@@ -47,8 +51,8 @@ class Physics(FrameServer):
         super().__init__('physics', SCENE + PHYSICS)
         self._time = None  # stamp that the cloth stands at [ns]; None: at rest, before any frame
         self._plan = None  # how the last frame was divided into steps
-        self._refined = False
-        self._softened = False
+        self._refined = Lasting(CALM)
+        self._softened = Lasting(CALM)
         self._held = 0  # nodes that stretch_limit held back in the last frame
         self._diverged = ''  # why the last frame could not be simulated
         self._busy = 0.0, ''  # how long the last frame took [s], and what was compiled for it
@@ -136,7 +140,7 @@ class Physics(FrameServer):
             try:
                 self._plan = self._cloth.advance(dt, wind)
                 self._diverged = ''
-                self._report(self._plan)
+                self._report(self._plan, dt)
             except Diverged as error:
                 self._diverged = str(error)
                 self.get_logger().error(self._diverged, throttle_duration_sec=WARN_EVERY)
@@ -149,26 +153,25 @@ class Physics(FrameServer):
         return (f'physics itself was busy for {seconds:.1f} s'
                 + (f', compiling {compiled}' if compiled else ' with the frame before'))
 
-    def _report(self, plan):
-        """Say when steps or cloth begin to be other than they are set, and when that ends."""
+    def _report(self, plan, dt):
+        """Say when steps or cloth begin to be other than they are set, and when that is over."""
         asked = self._applied['substeps']
-        refined = 0 < asked < plan.granted
-        if refined and not self._refined:
+        begins, ends = self._refined.see(0 < asked < plan.granted, dt)
+        if begins:
             self.get_logger().warning(
                 f'substeps = {asked} is not stable: the frame needs {plan.demanded} steps and '
                 f'gets {plan.granted}')
-        elif self._refined and not refined:
+        elif ends:
             self.get_logger().info('frames get the steps that substeps sets again')
-        self._refined = refined
-        softened = min(plan.stiffness_factor, plan.damping_factor) < 1.0
-        if softened and not self._softened:
+        begins, ends = self._softened.see(_is_softened(plan), dt)
+        if begins:
             self.get_logger().warning(
                 f'the frame needs {plan.demanded} steps and substeps_limit allows {plan.granted}: '
                 f'stiffness is lowered to {plan.stiffness_factor:.3g} and damping to '
                 f'{plan.damping_factor:.3g} of what is set; a greater substeps_limit avoids it')
-        elif self._softened and not softened:
-            self.get_logger().info('stiffness and damping are as they are set again')
-        self._softened = softened
+        elif ends:
+            self.get_logger().info('stiffness and damping are as they are set again: the frame '
+                                   f'needs {plan.demanded} steps and gets {plan.granted}')
         if self._cloth.held and not self._held:
             self.get_logger().warning(
                 f'{self._cloth.held} nodes would stretch the cloth beyond stretch_limit = '
@@ -179,11 +182,12 @@ class Physics(FrameServer):
     def status(self):
         """Return the level, a message and what the cloth and its steps are like."""
         level, message, _ = super().status()
+        is_softened = self._plan is not None and _is_softened(self._plan)
         if self._diverged:
             level, message = ERROR, self._diverged
-        elif self._softened or self._held:
+        elif is_softened or self._held:
             level, message = WARN, ' and '.join(
-                ['the cloth is softer than it is set'] * self._softened
+                ['the cloth is softer than it is set'] * is_softened
                 + [f'{self._held} nodes are held back by stretch_limit'] * bool(self._held))
         model, positions = self._cloth.model, self._cloth.positions
         values = {
@@ -202,6 +206,11 @@ class Physics(FrameServer):
         """Publish the frame's vertices."""
         with self.stopwatch.share('publish'):
             self._vertices_out.publish(cloud)
+
+
+def _is_softened(plan):
+    """Tell whether a frame's cloth was softer or less damped than it is set."""
+    return min(plan.stiffness_factor, plan.damping_factor) < 1.0
 
 
 def main(args=None):

@@ -27,6 +27,24 @@ SMALL_STEPS = {
 }
 """Steps times the highest frequency, for methods that are not tried at their largest step."""
 
+SAMPLES = 5
+"""Frames that a mode is let ring for."""
+
+
+def _symplectic(z):
+    """Solve l^2 - (2 - z^2) l + 1 = 0, which is sin(omega' dt / 2) = omega dt / 2."""
+    return 1.0 - 0.5 * z**2 + 1j * z * np.sqrt(1.0 - 0.25 * z**2)
+
+
+FACTORS = {
+    'symplectic': _symplectic, 'verlet': _symplectic, 'seed': _symplectic,
+    'rk4': lambda z: sum((1j * z)**n / math.factorial(n) for n in range(5)),
+    'euler': lambda z: 1.0 + 1j * z,
+    'xpbd': lambda z: 1.0 / (1.0 - 1j * z),
+    'implicit': lambda z: 1.0 / (1.0 - 1j * z),
+}
+"""By what a step multiplies an undamped mode, given z = omega dt."""
+
 
 def hanging(cloth):
     """Return positions that let the cloth hang down from its hoist: columns become heights."""
@@ -57,23 +75,25 @@ def energy(cloth, gravity):
             + potential_energy(model, cloth.positions, gravity))
 
 
-def ring(cloth, shape, omega, samples=5):
+def ring(cloth, shape, omega, count=None):
     """
     Let a mode ring; return what a frame multiplies it by, and the steps of a frame with their z.
 
     shape: (rows, columns, 3) of the mode, in which the cloth has been placed; weighed by the mass
-    it is orthogonal to all other modes. A mode's samples obey y'' = a y' + b y, whose roots are
-    the factor and its conjugate.
+    it is orthogonal to all other modes. count: steps of a frame, 0 for the method's own; by
+    default as SMALL_STEPS says. A mode's samples obey y'' = a y' + b y, whose roots are the factor
+    and its conjugate.
     """
     frame = 1.5 / omega
     small = SMALL_STEPS.get(cloth.solver)
-    count = math.ceil(frame * highest_frequency(cloth) / small) if small else 0
-    cloth.stepping = Stepping(substeps=count, substeps_limit=10**6)
+    if count is None:
+        count = math.ceil(frame * highest_frequency(cloth) / small) if small else 0
+    cloth.stepping = Stepping(substeps=count, substeps_limit=count or 10**6)
     start = cloth.positions
     weighed = shape * cloth.mesh.grid(cloth.mesh.mass_share)[..., None]
     rest = np.sum(weighed * start) - np.sum(weighed * shape)
     amplitudes = [1.0]
-    for _ in range(samples):
+    for _ in range(SAMPLES):
         steps = cloth.advance(frame)
         amplitudes.append((np.sum(weighed * cloth.positions) - rest) / np.sum(weighed * shape))
     y = np.array(amplitudes)
