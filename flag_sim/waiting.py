@@ -13,36 +13,19 @@
 # limitations under the License.
 
 """Waiting awake for another thread: to be woken takes longer than some kernels run."""
+from flag_sim.atomics import load, SPINS, yield_processor
 from flag_sim.kernels import shared_kernel
-from llvmlite import ir
-from numba import types
-from numba.core import cgutils
-from numba.extending import intrinsic
 
-SPINS = 3000
-"""Looks, some microseconds, before the processor is offered to whoever needs it."""
 LOOKS = 5000
 """Looks before waiting is given up, about a millisecond."""
-
-_sched_yield = types.ExternalFunction('sched_yield', types.int32())
-
-
-@intrinsic
-def _read(typingctx, cells):
-    """Return what the first cell holds now, whoever wrote it."""
-    def code(context, builder, signature, arguments):
-        array = context.make_array(signature.args[0])(context, builder, arguments[0])
-        cell = cgutils.gep(builder, array.data, 0)
-        return builder.load_atomic(cell, 'seq_cst', 8, typ=ir.IntType(64))
-    return types.int64(cells), code
 
 
 @shared_kernel
 def wait_while(cells, value):
-    """Wait until cells[0], int64, is another than `value`; say whether it became so in time."""
+    """Wait until cells[0], int64, is another than `value`; return whether it was so in time."""
     for look in range(LOOKS):
-        if _read(cells) != value:
+        if load(cells, 0) != value:
             return True
         if look > SPINS:
-            _sched_yield()
+            yield_processor()
     return False

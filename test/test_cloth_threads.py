@@ -19,7 +19,7 @@ import sys
 import threading
 
 from flag_sim.cloth import Cloth
-from flag_sim.cloth.gate import meet, new_gate, release
+from flag_sim.cloth.barrier import new_barrier, release, wait
 from flag_sim.cloth.mesh import Mesh, PIECE, PRECISIONS
 from flag_sim.cloth.solvers import SOLVERS
 import numpy as np
@@ -70,9 +70,9 @@ def test_every_node_is_in_one_band(grid, bands):
     assert max(pieces) - min(pieces) <= 1
 
 
-def test_nobody_leaves_a_gate_before_all_are_there():
-    """Many meetings of three threads, one of which is always late."""
-    gate, turns, seen = new_gate(3), 200, []
+def test_nobody_leaves_a_barrier_before_all_are_there():
+    """Many waits of three threads, one of which is always late."""
+    barrier, turns, seen = new_barrier(3), 200, []
     at = np.zeros(3, int)
 
     def visit(who):
@@ -80,7 +80,7 @@ def test_nobody_leaves_a_gate_before_all_are_there():
             if who == turn % 3:
                 threading.Event().wait(1e-4)
             at[who] = turn
-            meet(gate)
+            wait(barrier)
             seen.append(at.min() >= turn)
 
     threads = [threading.Thread(target=visit, args=(who,)) for who in range(3)]
@@ -91,17 +91,17 @@ def test_nobody_leaves_a_gate_before_all_are_there():
     assert len(seen) == 3 * turns and all(seen)
 
 
-def test_a_released_gate_holds_nobody():
+def test_a_released_barrier_holds_nobody():
     """Neither those who wait there already nor those who come."""
-    gate = new_gate(2)
-    waiting = threading.Thread(target=meet, args=(gate,))
+    barrier = new_barrier(2)
+    waiting = threading.Thread(target=wait, args=(barrier,))
     waiting.start()
     waiting.join(0.05)
     assert waiting.is_alive()
-    release(gate)
+    release(barrier)
     waiting.join(10.0)
     assert not waiting.is_alive()
-    meet(gate)
+    wait(barrier)
 
 
 def test_an_interrupt_leaves_the_cloth_at_the_frames_start(monkeypatch):

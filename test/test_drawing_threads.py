@@ -17,9 +17,9 @@ import threading
 import time
 
 from flag_sim import crew
+from flag_sim.atomics import fetch_add
 from flag_sim.drawing import Camera, Picture, Style
 from flag_sim.drawing.bands import BAND
-from flag_sim.drawing.deal import take
 from flag_sim.drawing.picture import WORTH_SHARING
 from flag_sim.drawing.tiles import TILE
 from flag_sim.kernels import kernel
@@ -123,7 +123,7 @@ def test_pieces_are_dealt_once_each():
     @kernel(cache=False)
     def deal_all(taken, times):
         while True:
-            piece = take(taken)
+            piece = fetch_add(taken, 0, 1)
             if piece >= times.size:
                 break
             times[piece] += 1

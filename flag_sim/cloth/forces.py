@@ -15,8 +15,8 @@
 """All forces on the nodes (1.6): one call for each, none for those whose coefficient is zero."""
 from typing import NamedTuple
 
+from flag_sim.cloth.barrier import new_barrier, wait
 from flag_sim.cloth.bending import add_moments, set_moments
-from flag_sim.cloth.gate import meet, new_gate
 from flag_sim.cloth.material import Air
 from flag_sim.cloth.springs import damped_tensions, elastic_tensions, sum_tensions
 from flag_sim.cloth.wind import add_faces, wind_on_faces
@@ -59,7 +59,7 @@ class Work(NamedTuple):
     tensions: tuple  # across, down, rising, falling [N/m]
     moments: tuple   # across, down, twist [N], for each axis
     faces: tuple     # x, y, z of half the force on upper, then on lower faces [N]
-    gate: np.ndarray  # of the threads that share the steps
+    barrier: np.ndarray  # of the threads that share the steps
 
     @classmethod
     def of(cls, mesh):
@@ -68,7 +68,7 @@ class Work(NamedTuple):
             return tuple(mesh.fields(count))
 
         return cls(arrays(3), arrays(4), (arrays(3), arrays(3), arrays(3)), arrays(6),
-                   new_gate(1))
+                   new_barrier(1))
 
 
 @wide_kernel
@@ -88,7 +88,7 @@ def set_forces(position, velocity, wind, mass, weights, coefficients, work, dt, 
     Set work.force [N] to the sum of all forces on each node but its own damping (1.6).
 
     dt: the step that the wind is taken implicitly over [s]; zero for its momentary force.
-    span: the nodes of this thread; all threads of work.gate call it together. First each finds
+    span: the nodes of this thread; all threads of work.barrier call it together. First each finds
     what acts between its nodes and those after them, then sums what acts on its nodes.
     """
     force, tensions, moments, faces = work.force, work.tensions, work.moments, work.faces
@@ -103,7 +103,7 @@ def set_forces(position, velocity, wind, mass, weights, coefficients, work, dt, 
     if coefficients.drag > 0.0:
         wind_on_faces(position, velocity, wind, coefficients.drag, dt * coefficients.drag_rate,
                       coefficients.law, coefficients.order, weights, faces, span)
-    meet(work.gate)
+    wait(work.barrier)
     if max(k) > 0.0:
         sum_tensions(position, tensions, mass, coefficients.gravity, force, span)
     else:

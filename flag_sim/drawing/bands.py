@@ -20,9 +20,9 @@ into bytes before the next band's turn. A thread takes the next band when it is 
 that all end at about the same time, and one that comes late, for its processor was busy, finds
 less to do.
 """
+from flag_sim.atomics import fetch_add
 from flag_sim.drawing.canvas import write_nearness, write_rgb
 from flag_sim.drawing.culling import collect
-from flag_sim.drawing.deal import take
 from flag_sim.drawing.rasterizer import fill
 from flag_sim.drawing.spans import LANES
 from flag_sim.drawing.tiles import (
@@ -80,7 +80,7 @@ def draw_bands(taken, triangles, order, spans, boxes, kinds, closed,
     samples = pattern.shape[0]
     no_marks = marks[:0]
     while True:
-        number = take(taken)
+        number = fetch_add(taken, 0, 1)
         if number >= drawn.shape[1]:
             break
         begin, end = number * BAND, min((number + 1) * BAND, height)

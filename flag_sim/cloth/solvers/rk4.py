@@ -15,8 +15,8 @@
 """The classical Runge-Kutta method of fourth order."""
 import math
 
+from flag_sim.cloth.barrier import wait
 from flag_sim.cloth.forces import set_forces
-from flag_sim.cloth.gate import meet
 from flag_sim.cloth.holds import hold_outside
 from flag_sim.cloth.solvers.solver import Solver
 from flag_sim.kernels import shared_kernel, wide_kernel
@@ -74,9 +74,9 @@ def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inve
         _begin(position, number(1.0), x, position_out, span)
         _begin(velocity, keep, v, velocity_out, span)
         for weight, ahead in ((1.0, 0.5), (2.0, 0.5), (2.0, 1.0), (1.0, 0.0)):
-            meet(work.gate)
+            wait(work.barrier)
             set_forces(x, v, wind, mass, weights, coefficients, work, dt, span)
-            meet(work.gate)  # before neighbours move, whose positions the sums are taken with
+            wait(work.barrier)  # before neighbours move, whose positions the sums are taken with
             _stage(position, velocity, x, v, work.force, inverse_mass, position_out, velocity_out,
                    number(weight / 6.0) * dt, number(ahead) * dt, keep, span)
         _damp(velocity_out, keep, span)

@@ -13,8 +13,8 @@
 # limitations under the License.
 
 """The source text's own scheme, equations 1.5 to 1.10 to the letter."""
+from flag_sim.cloth.barrier import wait
 from flag_sim.cloth.forces import set_forces
-from flag_sim.cloth.gate import meet
 from flag_sim.cloth.holds import hold_outside
 from flag_sim.cloth.material import VACUUM
 from flag_sim.cloth.solvers.solver import Solver
@@ -55,12 +55,12 @@ def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inve
     mu = min(coefficients.node_damping, one)
     v, v_out = (scratch[0], scratch[1], scratch[2]), (scratch[3], scratch[4], scratch[5])
     _scale(velocity, dt, v, span)
-    meet(work.gate)
+    wait(work.barrier)
     for _ in range(count):
         set_forces(position, v, wind, mass, weights, coefficients, work, now, span)
         _update(position, v, work.force, inverse_mass, position_out, v_out, dt, mu, span)
         hold_outside(position_out, v_out, inverse_mass, coefficients.pole, span)
-        meet(work.gate)
+        wait(work.barrier)
         position, position_out = position_out, position
         velocity, velocity_out = velocity_out, velocity
         v, v_out = v_out, v

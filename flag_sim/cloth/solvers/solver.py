@@ -16,8 +16,8 @@
 import functools
 import math
 
+from flag_sim.cloth.barrier import new_barrier, release
 from flag_sim.cloth.forces import Work
-from flag_sim.cloth.gate import new_gate, release
 from flag_sim.crew import Crew
 
 ALONE = Crew(1)
@@ -29,9 +29,9 @@ class Solver:
 
     order: of its error in the step. scratch: flat fields that its kernel needs beside the forces'.
     useful_step: the longest step [s] worth taking, for methods whose largest stable one is
-    infinite. take_steps: the kernel; is_shared: whether it meets others at work.gate, so that
-    threads can share its steps. largest_step(omega, gamma, air): the largest stable step [s] for
-    frequencies and damping rates up to omega and gamma, in the drag of an Air.
+    infinite. take_steps: the kernel; is_shared: whether it waits for others at work.barrier, so
+    that threads can share its steps. largest_step(omega, gamma, air): the largest stable step
+    [s] for frequencies and damping rates up to omega and gamma, in the drag of an Air.
     """
 
     order = 1
@@ -59,8 +59,8 @@ class Solver:
         model = self.model
         number = model.mesh.number
         bands = crew.threads if self.is_shared else 1
-        gate = new_gate(bands)
-        work = self._work._replace(gate=gate)
+        barrier = new_barrier(bands)
+        work = self._work._replace(barrier=barrier)
 
         def take(band, bands):
             self.take_steps(
@@ -72,5 +72,5 @@ class Solver:
         if bands == 1:
             take(0, 1)
         else:
-            crew.share(take, functools.partial(release, gate))
+            crew.share(take, functools.partial(release, barrier))
         return spare if count % 2 else state

@@ -15,8 +15,8 @@
 """Symplectic (semi-implicit) Euler: velocity first, then position by the new velocity."""
 import math
 
+from flag_sim.cloth.barrier import wait
 from flag_sim.cloth.forces import set_forces
-from flag_sim.cloth.gate import meet
 from flag_sim.cloth.holds import hold_outside
 from flag_sim.cloth.solvers.solver import Solver
 from flag_sim.kernels import shared_kernel, wide_kernel
@@ -57,7 +57,7 @@ def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inve
         _update(position, velocity, work.force, inverse_mass, position_out, velocity_out, dt, keep,
                 span)
         hold_outside(position_out, velocity_out, inverse_mass, coefficients.pole, span)
-        meet(work.gate)
+        wait(work.barrier)
         position, position_out = position_out, position
         velocity, velocity_out = velocity_out, velocity
 
