@@ -179,9 +179,11 @@ def test_one_bad_number_breaks_a_bound(row, what, value):
     ({'length': 0.0}, 'flag.length must be between'),
     ({'width': math.nan}, 'flag.width must be finite, not nan'),
     ({'hoist_top': (0.0, 1.0)}, 'hoist_top must have shape (3,), not (2,)'),
-    ({'hoist_top': (0.0, 1.0, math.inf)}, 'hoist_top must be finite'),
+    ({'hoist_top': (0.0, 1.0, math.inf)},
+     'hoist_top must be finite and at most 1e+06 in size, not inf'),
+    ({'hoist_top': ('0', '1', '2')}, 'hoist_top must hold numbers, not'),
     ({'gravity': math.nan}, 'gravity must be finite, not nan'),
-    ({'solver': 'magic'}, "'xpbd'], not 'magic'")])
+    ({'solver': 'magic'}, "seed, not 'magic'")])
 def test_bad_cloths_are_refused(arguments, rule):
     """The message names the rule and the value."""
     with pytest.raises(ValueError) as error:

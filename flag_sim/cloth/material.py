@@ -15,7 +15,7 @@
 """What the cloth is made of, and the air around it: the user's physical dials, checked."""
 from dataclasses import dataclass
 
-from flag_sim.cloth import checks
+from flag_sim import checks
 from flag_sim.cloth.pressure import GREATEST_RATE, LAWS
 
 
@@ -45,9 +45,9 @@ class Material:
 
     def __post_init__(self):
         """Refuse what no material can be."""
-        checks.fields(self, ['area_density'], low=1e-9, above=0.0)
+        checks.fields(self, ['area_density'], low=1e-9, high=checks.LARGEST, above=0.0)
         checks.fields(self, ['stiffness', 'shear_stiffness', 'bend_stiffness', 'damping',
-                             'node_damping'], low=0.0)
+                             'node_damping'], low=0.0, high=checks.LARGEST)
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,8 @@ class Air:
 
     def __post_init__(self):
         """Refuse what no air can be."""
-        checks.fields(self, ['density', 'drag_coefficient'], prefix='air.', low=0.0)
+        checks.fields(self, ['density', 'drag_coefficient'], prefix='air.', low=0.0,
+                      high=checks.LARGEST)
         checks.choice('air.law', self.law, LAWS)
 
     @property

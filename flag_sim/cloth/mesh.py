@@ -15,7 +15,7 @@
 """The grid of nodes: how it lies in memory, and what share of the sheet each node stands for."""
 from typing import NamedTuple
 
-from flag_sim.cloth import checks
+from flag_sim import checks
 import numpy as np
 
 MAX_NODES = 2**20
@@ -81,9 +81,7 @@ class Mesh:
         self.length = checks.finite('flag.length', length, low=1e-3, high=1e4)
         self.width = checks.finite('flag.width', width, low=1e-3, high=1e4)
         self.pinned = bool(pinned)
-        if precision not in PRECISIONS:
-            raise ValueError(f'precision must be one of {PRECISIONS}, not {precision!r}')
-        self.precision = precision
+        self.precision = checks.choice('precision', precision, PRECISIONS)
         self._dtype = np.dtype(precision)
         self._line = LINE // self._dtype.itemsize
         self.dx = self.length / (self.columns - 1)

@@ -15,7 +15,7 @@
 """The cloth as its users meet it: dials on the outside, a state inside, frame by frame."""
 import functools
 
-from flag_sim.cloth import checks
+from flag_sim import checks
 from flag_sim.cloth.divergence import advice, broken_bound, Diverged
 from flag_sim.cloth.forces import Forcing, NO_POLE
 from flag_sim.cloth.holds import hold

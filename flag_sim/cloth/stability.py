@@ -31,7 +31,7 @@ from dataclasses import dataclass
 import math
 from typing import NamedTuple
 
-from flag_sim.cloth import checks
+from flag_sim import checks
 
 
 @dataclass(frozen=True)

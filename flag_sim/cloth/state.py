@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """What changes from step to step: where the nodes are and how fast they move."""
-from flag_sim.cloth import checks
+from flag_sim import checks
 import numpy as np
 
 
@@ -41,9 +41,9 @@ class State:
         """
         mesh = self.mesh
         shape = (mesh.rows, mesh.columns, 3)
-        positions = checks.array('positions', positions, shape)
+        positions = checks.array('positions', positions, shape, checks.LARGEST)
         velocities = np.zeros(shape) if velocities is None else velocities
-        velocities = checks.array('velocities', velocities, shape)
+        velocities = checks.array('velocities', velocities, shape, checks.LARGEST)
         for axis in range(3):
             mesh.grid(self.position[axis])[...] = positions[..., axis] - self.origin[axis]
             mesh.grid(self.velocity[axis])[...] = velocities[..., axis]

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """All that a frame shows, joined in one set of arrays."""
-from flag_sim.drawing import checks
+from flag_sim import checks
 from flag_sim.drawing.culling import CHUNK
 from flag_sim.drawing.mesh import grid_triangles, vertex_normals
 from flag_sim.drawing.scene import platform_mesh, pole_mesh

@@ -17,7 +17,8 @@ import dataclasses
 import functools
 import math
 
-from flag_sim.drawing import checks, transforms
+from flag_sim import checks
+from flag_sim.drawing import transforms
 
 import numpy as np
 
@@ -58,20 +59,13 @@ class Camera:
 
     def __post_init__(self):
         """Refuse what no camera can be; keep plain numbers, so that cameras compare by value."""
-        keep = functools.partial(object.__setattr__, self)
-        for name in ('width', 'height'):
-            side = getattr(self, name)
-            checks.require(side in range(1, LARGEST_SIDE + 1), name,
-                           f'a whole number from 1 to {LARGEST_SIDE}', side)
-            keep(name, int(side))
-        checks.one_of('projection', self.projection, PROJECTIONS)
-        for name in ('vertical_fov', 'scale', 'near'):
-            keep(name, checks.positive(name, getattr(self, name)))
+        checks.wholes(self, ['width', 'height'], 1, LARGEST_SIDE)
+        checks.choice('projection', self.projection, PROJECTIONS)
+        checks.fields(self, ['vertical_fov', 'scale', 'near'], above=0.0)
         checks.require(self.vertical_fov < math.pi, 'vertical_fov', 'below pi', self.vertical_fov)
-        keep('distance', checks.not_negative('distance', self.distance))
-        for name in ('azimuth', 'elevation', 'roll'):
-            keep(name, checks.finite(name, getattr(self, name)))
-        keep('target', checks.vector('target', self.target))
+        checks.fields(self, ['distance'], low=0.0)
+        checks.fields(self, ['azimuth', 'elevation', 'roll'])
+        object.__setattr__(self, 'target', checks.vector('target', self.target))
 
     @property
     def is_perspective(self):

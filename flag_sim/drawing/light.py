@@ -14,10 +14,9 @@
 
 """Light and matter: intensities at vertices, for Gouraud's shading (1.12 to 1.14)."""
 import dataclasses
-import functools
 import math
 
-from flag_sim.drawing import checks
+from flag_sim import checks
 from flag_sim.kernels import kernel
 
 import numpy as np
@@ -42,11 +41,8 @@ class Light:
 
     def __post_init__(self):
         """Refuse what cannot shine; keep plain numbers."""
-        keep = functools.partial(object.__setattr__, self)
-        for name in ('azimuth', 'elevation'):
-            keep(name, checks.finite(name, getattr(self, name)))
-        for name in ('intensity', 'ambient'):
-            keep(name, checks.not_negative(name, getattr(self, name)))
+        checks.fields(self, ['azimuth', 'elevation'])
+        checks.fields(self, ['intensity', 'ambient'], low=0.0)
 
     @property
     def direction(self):
@@ -81,9 +77,8 @@ class Material:
 
     def __post_init__(self):
         """Refuse what no surface can be; keep plain numbers."""
-        object.__setattr__(self, 'color', checks.color('color', self.color))
-        for name in ('diffuse', 'specular', 'shininess', 'transmission'):
-            object.__setattr__(self, name, checks.not_negative(name, getattr(self, name)))
+        object.__setattr__(self, 'color', checks.colour('color', self.color))
+        checks.fields(self, ['diffuse', 'specular', 'shininess', 'transmission'], low=0.0)
 
 
 def shade(points, normals, viewpoint, material, light, colours):

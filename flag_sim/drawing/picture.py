@@ -13,8 +13,8 @@
 # limitations under the License.
 
 """A frame from end to end: flag, pole and platform in, pixels out."""
+from flag_sim import checks
 from flag_sim.crew import Crew
-from flag_sim.drawing import checks
 from flag_sim.drawing.assembly import Assembly
 from flag_sim.drawing.bands import BAND, Desk, draw_bands
 from flag_sim.drawing.camera import Camera

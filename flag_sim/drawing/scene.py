@@ -23,7 +23,7 @@ import dataclasses
 import functools
 import math
 
-from flag_sim.drawing import checks
+from flag_sim import checks
 from flag_sim.drawing.mesh import Mesh
 
 import numpy as np
@@ -56,10 +56,10 @@ class Scene:
 
     def __post_init__(self):
         """Refuse what cannot be built; keep plain numbers."""
-        for name in ('pole_height', 'pole_diameter', 'platform_side', 'platform_height'):
-            object.__setattr__(self, name, checks.positive(name, getattr(self, name)))
+        checks.fields(self, ['pole_height', 'pole_diameter', 'platform_side', 'platform_height'],
+                      above=0.0)
         checks.require(self.platform_side > self.pole_diameter, 'platform_side',
-                       f'above pole_diameter {self.pole_diameter}', self.platform_side)
+                       f'greater than pole_diameter {self.pole_diameter}', self.platform_side)
 
     def segments(self, camera):
         """

@@ -15,7 +15,7 @@
 """What the scene is made of, and how its picture is."""
 import dataclasses
 
-from flag_sim.drawing import checks
+from flag_sim import checks
 from flag_sim.drawing.light import Material
 from flag_sim.drawing.tiles import PATTERNS
 
@@ -60,12 +60,12 @@ class Style:
 
     def __post_init__(self):
         """Refuse unknown words and colours; keep plain numbers."""
-        object.__setattr__(self, 'background', checks.color('background', self.background))
-        checks.one_of('shading', self.shading, SHADINGS)
-        checks.one_of('interpolation', self.interpolation, INTERPOLATIONS)
+        object.__setattr__(self, 'background', checks.colour('background', self.background))
+        checks.choice('shading', self.shading, SHADINGS)
+        checks.choice('interpolation', self.interpolation, INTERPOLATIONS)
         checks.require(self.samples in SAMPLES, 'samples',
                        'one of ' + ', '.join(map(str, SAMPLES)), self.samples)
-        checks.one_of('hidden_surface', self.hidden_surface, HIDDEN_SURFACES)
+        checks.choice('hidden_surface', self.hidden_surface, HIDDEN_SURFACES)
 
     @property
     def word(self):

@@ -16,7 +16,8 @@
 import sys
 import time
 
-from flag_sim.cloth import checks, energy
+from flag_sim import checks
+from flag_sim.cloth import energy
 from flag_sim.cloth.mesh import Mesh
 from flag_sim.cloth.simulation import Cloth, Diverged, MAX_WIND
 from flag_sim.cloth.strain import greatest_strain

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Refusal of bad numbers, with a message that names the rule and the value."""
+"""Refusal of bad values, with a message that names the rule and the value."""
 import math
 
 import numpy as np
@@ -21,29 +21,31 @@ LARGEST = 1e12
 """Beyond any physical value; keeps products and roots of the dials far from overflow."""
 
 
-def finite(name, value, low=-LARGEST, high=LARGEST, above=None):
+def require(holds, name, rule, value):
+    """Raise ValueError('<name> must be <rule>, not <value>') unless it holds."""
+    if not holds:
+        raise ValueError(f'{name} must be {rule}, not {value!r}')
+
+
+def finite(name, value, low=-math.inf, high=math.inf, above=-math.inf):
     """
     Return value as a float.
 
     Raises ValueError unless it is a finite number, low <= value <= high and value > above.
     """
     try:
-        number = float(value)
-    except (TypeError, ValueError):
+        is_finite = math.isfinite(value)
+    except (TypeError, OverflowError):
         raise ValueError(f'{name} must be a number, not {value!r}') from None
-    if not math.isfinite(number):
+    number = float(value)
+    if not is_finite:
         raise ValueError(f'{name} must be finite, not {number}')
-    if above is not None and not number > above:
+    if not number > above:
         raise ValueError(f'{name} must be greater than {above:g}, not {number:g}')
     if not low <= number <= high:
-        raise ValueError(f'{name} must be between {low:g} and {high:g}, not {number:g}')
+        rule = f'between {low:g} and {high:g}' if high < math.inf else f'at least {low:g}'
+        raise ValueError(f'{name} must be {rule}, not {number:g}')
     return number
-
-
-def fields(record, names, prefix='', **limits):
-    """Make fields of a frozen dataclass floats within limits, or raise ValueError (see finite)."""
-    for name in names:
-        object.__setattr__(record, name, finite(prefix + name, getattr(record, name), **limits))
 
 
 def whole(name, value, low, high):
@@ -56,6 +58,12 @@ def whole(name, value, low, high):
     return int(number)
 
 
+def fields(record, names, prefix='', **limits):
+    """Make fields of a frozen dataclass floats within limits, or raise ValueError (see finite)."""
+    for name in names:
+        object.__setattr__(record, name, finite(prefix + name, getattr(record, name), **limits))
+
+
 def wholes(record, names, low, high):
     """Make fields of a frozen dataclass ints within limits, or raise ValueError (see whole)."""
     for name in names:
@@ -64,36 +72,43 @@ def wholes(record, names, low, high):
 
 def instance(name, value, kind):
     """Return value; raises ValueError unless it is of the kind, a class."""
-    if not isinstance(value, kind):
-        raise ValueError(f'{name} must be of class {kind.__name__}, not {value!r}')
+    require(isinstance(value, kind), name, f'of class {kind.__name__}', value)
     return value
 
 
 def choice(name, value, choices):
     """Return value; raises ValueError unless it is one of the choices, which are words."""
-    if not isinstance(value, str) or value not in choices:
-        raise ValueError(f'{name} must be one of {sorted(choices)}, not {value!r}')
+    require(isinstance(value, str) and value in choices, name,
+            'one of ' + ', '.join(choices), value)
     return value
 
 
-def vector(name, value, largest):
-    """Return value as three floats; raises ValueError unless they are at most largest in size."""
+def vector(name, value, largest=math.inf):
+    """Return value as three finite floats; raises ValueError unless of at most largest size."""
     numbers = array(name, value, (3,), largest)
     return tuple(float(number) for number in numbers)
 
 
-def array(name, value, shape, largest=LARGEST):
+def colour(name, value):
+    """Return value as red, green and blue; raises ValueError unless all are from 0 to 255."""
+    return tuple(finite(name, channel, 0.0, 255.0) for channel in vector(name, value))
+
+
+def array(name, value, shape, largest=math.inf):
     """
     Return value as a float64 array.
 
-    Raises ValueError unless it has the shape and all its numbers are at most largest in size.
+    Raises ValueError unless it has the shape and all its numbers are finite and at most largest
+    in size.
     """
     try:
-        numbers = np.asarray(value, dtype=np.float64)
+        numbers = np.asarray(value).astype(np.float64, casting='same_kind', copy=False)
     except (TypeError, ValueError):
         raise ValueError(f'{name} must hold numbers, not {value!r}') from None
     if numbers.shape != shape:
         raise ValueError(f'{name} must have shape {shape}, not {numbers.shape}')
-    if not np.all(np.abs(numbers) <= largest):
-        raise ValueError(f'{name} must be finite and at most {largest:g} in size')
+    bad = numbers[~(np.isfinite(numbers) & (np.abs(numbers) <= largest))]
+    if bad.size:
+        rule = f'finite and at most {largest:g} in size' if largest < math.inf else 'finite'
+        raise ValueError(f'{name} must be {rule}, not {bad[0]:g}')
     return numbers
