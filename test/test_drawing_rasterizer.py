@@ -15,7 +15,7 @@
 """Coverage against exact whole-number arithmetic, values against formulas."""
 from flag_sim.drawing.clipping import GUARD
 from flag_sim.drawing.culling import ALONE, CHUNK, collect, cull, NARROW, SLIM
-from flag_sim.drawing.projection import PLACES, project
+from flag_sim.drawing.projection import project, SUBPIXELS
 from flag_sim.drawing.rasterizer import fill
 
 import numpy as np
@@ -27,25 +27,25 @@ STRIDE = 64
 NO_MARKS = np.empty((0, 0), np.bool_)
 
 
-def draw(corners, nearness=1.0, colours=255.0, is_correct=False, bands=1,
-         is_painted=False, shift=(0.0, 0.0), kind=None):
+def draw(corners, reversed_z=1.0, colours=255.0, is_perspective_correct=False, bands=1,
+         is_painter=False, shift=(0.0, 0.0), kind=None):
     """
-    Draw triangles of corners (m, 3, 2) [pixel]; return nearness and words, (HEIGHT, WIDTH).
+    Draw triangles of corners (m, 3, 2) [pixel]; return reversed Z and words, (HEIGHT, WIDTH).
 
     kind: how all are drawn: ALONE, NARROW or SLIM; None leaves that to their widths.
     """
-    places = np.asarray(np.round(np.asarray(corners) * PLACES), dtype=np.int32).reshape(-1, 2)
-    u, v = np.ascontiguousarray(places.T)
-    points, count = len(places), len(places) // 3
-    near = np.array(np.broadcast_to(nearness, (count, 3)), dtype=float).ravel()
+    snapped = np.asarray(np.round(np.asarray(corners) * SUBPIXELS), dtype=np.int32).reshape(-1, 2)
+    u, v = np.ascontiguousarray(snapped.T)
+    points, count = len(snapped), len(snapped) // 3
+    near = np.array(np.broadcast_to(reversed_z, (count, 3)), dtype=float).ravel()
     matter = np.empty((points, 2, 3))
     matter[:] = np.broadcast_to(colours, (count, 3, 3)).reshape(-1, 1, 3)
     triangles, order = np.arange(points, dtype=np.int32).reshape(-1, 3), \
         np.arange(count, dtype=np.int32)
-    where, kinds = np.zeros(points, np.int32), np.empty(count, np.uint8)
+    outcodes, kinds = np.zeros(points, np.int32), np.empty(count, np.uint8)
     spans, boxes = np.empty((2, count), np.int16), np.empty((4, -(-count // CHUNK)), np.int32)
-    cull(triangles, order, 0, boxes.shape[1], u, v, where, PLACES, WIDTH, HEIGHT, kinds, spans,
-         boxes)
+    cull(triangles, order, 0, boxes.shape[1], u, v, outcodes, SUBPIXELS, WIDTH, HEIGHT, kinds,
+         spans, boxes)
     if kind is not None:
         kinds[:] = kind
     numbers = np.empty(count + 1, np.int32)
@@ -53,22 +53,22 @@ def draw(corners, nearness=1.0, colours=255.0, is_correct=False, bands=1,
     for top in range(0, HEIGHT, -(-HEIGHT // bands)):
         end = min(top + -(-HEIGHT // bands), HEIGHT)
         found, _, _ = collect(order, spans, boxes, top, end, numbers)
-        fill(triangles, numbers, found, kinds, count, np.empty((points, 3)), u, v, near, where,
-             matter, False, 0.0, 0.0, 0.1, True, is_correct, is_painted, False,
-             *np.int32(np.multiply(shift, PLACES)), NO_MARKS, top, end, WIDTH, STRIDE,
+        fill(triangles, numbers, found, kinds, count, np.empty((points, 3)), u, v, near, outcodes,
+             matter, False, 0.0, 0.0, 0.1, True, is_perspective_correct, is_painter, False,
+             *np.int32(np.multiply(shift, SUBPIXELS)), NO_MARKS, top, end, WIDTH, STRIDE,
              depth[top:end].reshape(-1), words[top:end].reshape(-1))
     return depth[:, :WIDTH], words[:, :WIDTH]
 
 
-def covered(places):
-    """Say by edge functions in whole numbers which pixels a triangle (3, 2) [places] covers."""
-    a, b, c = (np.asarray(corner, dtype=np.int64) for corner in places)
+def covered(snapped):
+    """Return by exact edge functions which pixels a triangle (3, 2) [subpixels] covers."""
+    a, b, c = (np.asarray(corner, dtype=np.int64) for corner in snapped)
     area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
     if area == 0:
         return np.zeros((HEIGHT, WIDTH), bool)
     if area < 0:
         b, c = c, b
-    x, y = PLACES * np.arange(WIDTH), PLACES * np.arange(HEIGHT)[:, None]
+    x, y = SUBPIXELS * np.arange(WIDTH), SUBPIXELS * np.arange(HEIGHT)[:, None]
     inside = np.ones((HEIGHT, WIDTH), bool)
     for begin, end in ((a, b), (b, c), (c, a)):
         dx, dy = end - begin
@@ -79,11 +79,11 @@ def covered(places):
 
 
 def some_triangles(kind, count, rng):
-    """Make triangles of a kind: (count, 3, 2) [places]."""
-    spread = np.array([WIDTH, HEIGHT]) * PLACES
+    """Make triangles of a kind: (count, 3, 2) [subpixels]."""
+    spread = np.array([WIDTH, HEIGHT]) * SUBPIXELS
     triangles = rng.integers(-spread // 4, spread * 5 // 4, (count, 3, 2))
     if kind == 'sliver':
-        # The third corner lies within two places of the line through the others.
+        # The third corner lies within two subpixels of the line through the others.
         along = rng.random((count, 1))
         triangles[:, 2] = triangles[:, 0] + np.round(
             along * (triangles[:, 1] - triangles[:, 0])) + rng.integers(-2, 3, (count, 2))
@@ -91,27 +91,27 @@ def some_triangles(kind, count, rng):
         triangles = triangles[:, :1] + rng.integers(-400, 401, (count, 3, 2))
     elif kind == 'narrow':
         # Up to as high as vertices can be apart: what is beyond is clipped.
-        triangles[:, :, 0] = triangles[:, :1, 0] + rng.integers(0, 64 * PLACES, (count, 3))
-        reach = int(GUARD) * PLACES
+        triangles[:, :, 0] = triangles[:, :1, 0] + rng.integers(0, 64 * SUBPIXELS, (count, 3))
+        reach = int(GUARD) * SUBPIXELS
         triangles[:, :, 1] = np.clip(triangles[:, :, 1] * 8 ** rng.integers(0, 5, (count, 1)),
                                      -reach, reach)
     elif kind == 'centres':
-        triangles = triangles // PLACES * PLACES
+        triangles = triangles // SUBPIXELS * SUBPIXELS
     elif kind == 'halves':
-        triangles = triangles // (PLACES // 2) * (PLACES // 2)
+        triangles = triangles // (SUBPIXELS // 2) * (SUBPIXELS // 2)
     elif kind == 'axes':
         triangles[:, 1, 1] = triangles[:, 0, 1]
         triangles[:, 2, 0] = triangles[:, 0, 0]
     elif kind == 'huge':
-        reach = int(GUARD) * PLACES
+        reach = int(GUARD) * SUBPIXELS
         triangles = rng.integers(-reach, reach + 1, (count, 3, 2))
         # A corner in the picture, or else most of them miss it.
         triangles[:, 0] = rng.integers(0, spread, (count, 2))
     elif kind == 'huge sliver':
         # Opposite ends of the band, the line through them crossing the picture near a centre.
-        reach = int(GUARD) * PLACES
+        reach = int(GUARD) * SUBPIXELS
         triangles[:, 0] = rng.integers(-reach, reach + 1, (count, 2))
-        centre = triangles[:, 2] // PLACES * PLACES
+        centre = triangles[:, 2] // SUBPIXELS * SUBPIXELS
         triangles[:, 1] = np.clip(2 * centre - triangles[:, 0], -reach, reach)
         triangles[:, 2] = centre + rng.integers(-1, 2, (count, 2))
     return triangles
@@ -127,7 +127,7 @@ def test_coverage_is_exact(kind, way):
     rng = np.random.default_rng(2021)
     some = False
     for triangle in some_triangles(kind, 1500, rng):
-        depth, _ = draw([triangle / PLACES], kind=way)
+        depth, _ = draw([triangle / SUBPIXELS], kind=way)
         expected = covered(triangle)
         some |= expected.any()
         np.testing.assert_array_equal(depth > 0, expected, err_msg=str(triangle))
@@ -139,20 +139,20 @@ def test_coverage_of_a_sample_is_exact(shift):
     # A sample at a pixel's centre + shift sees what the centre sees of shifted triangles.
     rng = np.random.default_rng(2022)
     for triangle in some_triangles('random', 500, rng):
-        depth, _ = draw([triangle / PLACES], shift=shift)
-        moved = triangle - np.array(shift) * PLACES
+        depth, _ = draw([triangle / SUBPIXELS], shift=shift)
+        moved = triangle - np.array(shift) * SUBPIXELS
         np.testing.assert_array_equal(depth > 0, covered(moved.astype(int)))
 
 
-@pytest.mark.parametrize('scale', [1, PLACES])
+@pytest.mark.parametrize('scale', [1, SUBPIXELS])
 def test_a_shared_edge_mesh_has_no_gaps_and_no_doubles(scale):
     rng = np.random.default_rng(7)
     rows, columns = 9, 11
     grid = np.stack(np.meshgrid(np.linspace(-8, WIDTH + 8, columns),
                                 np.linspace(-8, HEIGHT + 8, rows)), axis=-1)
     grid += rng.uniform(-2, 2, grid.shape)
-    # Snapped to places, or to pixel centres, where every edge goes through centres.
-    grid = np.round(grid * PLACES / scale) * scale / PLACES
+    # Snapped to subpixels, or to pixel centres, where every edge goes through centres.
+    grid = np.round(grid * SUBPIXELS / scale) * scale / SUBPIXELS
     times = np.zeros((HEIGHT, WIDTH), int)
     for i in range(rows - 1):
         for j in range(columns - 1):
@@ -167,21 +167,21 @@ def test_a_fan_about_a_pixel_centre_covers_it_once():
     for _ in range(100):
         angles = 2 * np.pi / 9 * (np.arange(9) + rng.uniform(-0.4, 0.4, 9))
         rim = np.round((np.column_stack([np.cos(angles), np.sin(angles)]) * 19 + (30, 21))
-                       * PLACES) / PLACES
+                       * SUBPIXELS) / SUBPIXELS
         rim = np.vstack([rim, rim[:1]])
         times = sum((draw([[(30, 21), p, q]])[0] > 0).astype(int)
                     for p, q in zip(rim[:-1], rim[1:]))
         assert times.max() == 1 and times[21, 30] == 1
 
 
-def test_nearness_and_colour_are_planes():
+def test_reversed_z_and_colour_are_planes():
     corners = np.array([[(-5.0, -3.0), (70.0, 10.0), (8.0, 60.0)]])
-    nearness, colours = np.array([[0.2, 0.5, 0.9]]), np.diag([255.0, 200.0, 100.0])[None]
-    depth, words = draw(corners, nearness, colours)
+    reversed_z, colours = np.array([[0.2, 0.5, 0.9]]), np.diag([255.0, 200.0, 100.0])[None]
+    depth, words = draw(corners, reversed_z, colours)
     v, u = np.nonzero(depth)
     ones = np.column_stack([corners[0], np.ones(3)])
     weights = np.column_stack([u, v, np.ones(len(u))]) @ np.linalg.inv(ones)
-    np.testing.assert_allclose(depth[v, u], weights @ nearness[0], rtol=1e-6)
+    np.testing.assert_allclose(depth[v, u], weights @ reversed_z[0], rtol=1e-6)
     levels = words[v, u][:, None] >> np.array([0, 8, 16], np.uint32) & 255
     np.testing.assert_allclose(levels, weights @ colours[0], atol=0.5 + 1e-3)
 
@@ -189,12 +189,12 @@ def test_nearness_and_colour_are_planes():
 def test_triangles_in_groups_and_alone_make_the_same_picture():
     # Colours are interpolated from other starting points, so rounding may differ by one level.
     rng = np.random.default_rng(11)
-    corners = some_triangles('small', 400, rng) / PLACES
-    nearness, colours = rng.uniform(0.5, 0.6, (400, 3)), rng.uniform(0, 255, (400, 3, 3))
-    for is_correct in (False, True):
-        for is_painted in (False, True):
+    corners = some_triangles('small', 400, rng) / SUBPIXELS
+    reversed_z, colours = rng.uniform(0.5, 0.6, (400, 3)), rng.uniform(0, 255, (400, 3, 3))
+    for is_perspective_correct in (False, True):
+        for is_painter in (False, True):
             (one, words), (same, same_words), (other, others) = (
-                draw(corners, nearness, colours, is_correct, is_painted=is_painted,
+                draw(corners, reversed_z, colours, is_perspective_correct, is_painter=is_painter,
                      kind=kind) for kind in (SLIM, NARROW, ALONE))
             np.testing.assert_array_equal(same, one)
             np.testing.assert_array_equal(same_words, words)
@@ -207,11 +207,11 @@ def test_triangles_in_groups_and_alone_make_the_same_picture():
 
 def test_perspective_correct_colour_is_linear_in_space():
     corners = np.array([[(-5.0, -3.0), (70.0, 10.0), (8.0, 60.0)]])
-    nearness, colours = np.array([[0.1, 0.5, 1.0]]), np.diag([255.0, 200.0, 100.0])[None]
-    depth, words = draw(corners, nearness, colours, is_correct=True)
+    reversed_z, colours = np.array([[0.1, 0.5, 1.0]]), np.diag([255.0, 200.0, 100.0])[None]
+    depth, words = draw(corners, reversed_z, colours, is_perspective_correct=True)
     v, u = np.nonzero(depth)
     ones = np.column_stack([corners[0], np.ones(3)])
-    weights = np.column_stack([u, v, np.ones(len(u))]) @ np.linalg.inv(ones) * nearness[0]
+    weights = np.column_stack([u, v, np.ones(len(u))]) @ np.linalg.inv(ones) * reversed_z[0]
     weights /= weights.sum(axis=1)[:, None]
     levels = words[v, u][:, None] >> np.array([0, 8, 16], np.uint32) & 255
     np.testing.assert_allclose(levels, weights @ colours[0], atol=0.5 + 1e-3)
@@ -219,17 +219,17 @@ def test_perspective_correct_colour_is_linear_in_space():
 
 def test_the_nearer_wins_in_any_order():
     corners = [[(0, 0), (50, 0), (0, 40)], [(5, 5), (60, 8), (2, 42)]]
-    nearness = [[0.1, 0.9, 0.5], [0.6, 0.2, 0.4]]
+    reversed_z = [[0.1, 0.9, 0.5], [0.6, 0.2, 0.4]]
     colours = [[[250] * 3] * 3, [[20] * 3] * 3]
-    first = draw(corners, nearness, colours)
-    second = draw(corners[::-1], nearness[::-1], colours[::-1])
+    first = draw(corners, reversed_z, colours)
+    second = draw(corners[::-1], reversed_z[::-1], colours[::-1])
     np.testing.assert_array_equal(first, second)
 
 
 def test_a_painter_covers_what_is_nearer():
     corners = [[(0, 0), (50, 0), (0, 40)], [(5, 5), (60, 8), (2, 42)]]
     colours = [[[250] * 3] * 3, [[20] * 3] * 3]
-    depth, words = draw(corners, [[0.9] * 3, [0.2] * 3], colours, is_painted=True)
+    depth, words = draw(corners, [[0.9] * 3, [0.2] * 3], colours, is_painter=True)
     second = draw(corners[1:])[0] > 0
     assert (words[second] == 20 | 20 << 8 | 20 << 16).all()
     np.testing.assert_allclose(depth[second], 0.2, rtol=1e-6)
@@ -238,20 +238,20 @@ def test_a_painter_covers_what_is_nearer():
 
 def test_row_bands_make_the_same_picture():
     rng = np.random.default_rng(5)
-    corners = some_triangles('random', 300, rng) / PLACES
-    nearness, colours = rng.uniform(0.1, 1, (300, 3)), rng.uniform(0, 255, (300, 3, 3))
-    whole = draw(corners, nearness, colours)
+    corners = some_triangles('random', 300, rng) / SUBPIXELS
+    reversed_z, colours = rng.uniform(0.1, 1, (300, 3)), rng.uniform(0, 255, (300, 3, 3))
+    whole = draw(corners, reversed_z, colours)
     for bands in (2, 3, 7):
-        np.testing.assert_array_equal(draw(corners, nearness, colours, bands=bands), whole)
+        np.testing.assert_array_equal(draw(corners, reversed_z, colours, bands=bands), whole)
 
 
 def test_colours_of_slivers_do_not_wrap():
     rng = np.random.default_rng(6)
-    corners = some_triangles('sliver', 3000, rng) / PLACES
+    corners = some_triangles('sliver', 3000, rng) / SUBPIXELS
     colours = np.tile([[0.0, 255.0, 128.0], [0.0, 255.0, 128.0], [0.0, 255.0, 128.0]],
                       (3000, 1, 1))
-    for is_correct in (False, True):
-        _, words = draw(corners, rng.uniform(0.1, 1, (3000, 3)), colours, is_correct)
+    for is_perspective_correct in (False, True):
+        _, words = draw(corners, rng.uniform(0.1, 1, (3000, 3)), colours, is_perspective_correct)
         assert set(np.unique(words)) <= {0, 128 << 16 | 255 << 8}
 
 
@@ -267,18 +267,18 @@ def test_hostile_vertices_write_nothing_outside():
     size, margin = STRIDE * HEIGHT, 500
     for is_perspective in (True, False):
         view, near = np.empty((12000, 3)), np.empty(12000)
-        u, v, where = np.empty((3, 12000), np.int32)
-        project(vertices, matrix, 30.0, 21.0, 0.05, is_perspective, view, u, v, near, where)
+        u, v, outcodes = np.empty((3, 12000), np.int32)
+        project(vertices, matrix, 30.0, 21.0, 0.05, is_perspective, view, u, v, near, outcodes)
         kinds, numbers = np.empty(4000, np.uint8), np.empty(4001, np.int32)
         spans, boxes = np.empty((2, 4000), np.int16), np.empty((4, -(-4000 // CHUNK)), np.int32)
         order = np.arange(4000, dtype=np.int32)
-        cull(triangles, order, 0, boxes.shape[1], u, v, where, 0, WIDTH, HEIGHT, kinds, spans,
+        cull(triangles, order, 0, boxes.shape[1], u, v, outcodes, 0, WIDTH, HEIGHT, kinds, spans,
              boxes)
         count, _, _ = collect(order, spans, boxes, 0, HEIGHT, numbers)
         # The rows lie between margins that must stay as they are.
         depth = np.full(size + 2 * margin, np.float32(-1e30))
         words = np.full(size + 2 * margin, 77, np.uint32)
-        fill(triangles, numbers, count, kinds, 4000, view, u, v, near, where,
+        fill(triangles, numbers, count, kinds, 4000, view, u, v, near, outcodes,
              np.full((12000, 2, 3), 128.0), False, 30.0, 21.0, 0.05, is_perspective, True, False,
              False, np.int32(0), np.int32(0), NO_MARKS, 0, HEIGHT, WIDTH, STRIDE,
              depth[margin:margin + size], words[margin:margin + size])

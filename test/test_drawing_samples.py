@@ -53,7 +53,7 @@ def mean_of_many(width, height):
 
 
 def noise(rgb, reference):
-    """Give the peak signal-to-noise ratio [dB]."""
+    """Return the peak signal-to-noise ratio [dB]."""
     return 10.0 * math.log10(255.0 ** 2 / np.mean((rgb - reference) ** 2))
 
 
@@ -79,7 +79,7 @@ def test_patterns_are_rooks_about_the_centre(samples):
     np.testing.assert_array_equal(pattern[0], 0.0)
     np.testing.assert_array_equal(pattern.mean(axis=0), 0.0)
     assert np.abs(pattern).max() < 0.5
-    # Whole places, so that the arithmetic of edges stays exact.
+    # Whole subpixels, so that the arithmetic of edges stays exact.
     np.testing.assert_array_equal(pattern * 256, np.round(pattern * 256))
     for axis in range(2):
         cells = np.floor((pattern[:, axis] + 0.5) * len(pattern))

@@ -29,12 +29,12 @@ SCENE = Scene()
 
 
 def polygon_area(segments, radius):
-    """Give the area of a regular polygon."""
+    """Return the area of a regular polygon."""
     return 0.5 * segments * radius ** 2 * math.sin(2.0 * math.pi / segments)
 
 
 def volume(mesh):
-    """Give the volume inside of a closed mesh by the divergence theorem."""
+    """Return the volume inside of a closed mesh by the divergence theorem."""
     a, b, c = np.moveaxis(mesh.vertices[mesh.triangles], 1, 0)
     return np.einsum('ij,ij->', a, np.cross(b, c)) / 6.0
 

@@ -25,7 +25,7 @@ QUARTER = math.pi / 2.0
 
 
 def test_shift_moves():
-    assert transforms.apply(transforms.shift((1, 2, 3)), (10, 20, 30)) == pytest.approx(
+    assert transforms.apply(transforms.translate((1, 2, 3)), (10, 20, 30)) == pytest.approx(
         (11, 22, 33))
 
 
@@ -36,16 +36,16 @@ def test_scale_keeps_its_centre_and_stretches_each_axis():
 
 
 @pytest.mark.parametrize('turn, point, image', [
-    (transforms.turn_x, (0, 1, 0), (0, 0, 1)),
-    (transforms.turn_y, (0, 0, 1), (1, 0, 0)),
-    (transforms.turn_z, (1, 0, 0), (0, 1, 0)),
+    (transforms.rotate_x, (0, 1, 0), (0, 0, 1)),
+    (transforms.rotate_y, (0, 0, 1), (1, 0, 0)),
+    (transforms.rotate_z, (1, 0, 0), (0, 1, 0)),
 ])
 def test_a_quarter_turn_is_right_handed(turn, point, image):
     assert transforms.apply(turn(QUARTER), point) == pytest.approx(image, abs=1e-15)
 
 
 @pytest.mark.parametrize('turn, axis', [
-    (transforms.turn_x, 0), (transforms.turn_y, 1), (transforms.turn_z, 2)])
+    (transforms.rotate_x, 0), (transforms.rotate_y, 1), (transforms.rotate_z, 2)])
 def test_a_turn_keeps_its_axis_lengths_and_has_an_inverse(turn, axis):
     centre = np.array([3.0, -2.0, 5.0])
     matrix = turn(0.7, centre)
@@ -57,7 +57,7 @@ def test_a_turn_keeps_its_axis_lengths_and_has_an_inverse(turn, axis):
 
 
 def test_maps_compose_from_right_to_left():
-    matrix = transforms.turn_z(QUARTER) @ transforms.shift((1, 0, 0))
+    matrix = transforms.rotate_z(QUARTER) @ transforms.translate((1, 0, 0))
     assert transforms.apply(matrix, (0, 0, 0)) == pytest.approx((0, 1, 0), abs=1e-15)
 
 

@@ -31,8 +31,8 @@ class Assembly:
     points, normals: (n, 3); triangles: (m, 3) int32, from number `closed` on of closed bodies,
     whose backs nobody sees; parts: the name of each thing with its slices of points and of
     triangles; pieces: the same slices of points, cut for threads to share. The flag stands first;
-    its points and normals are written by every frame, and so are view, u, v, nearness, where: see
-    projection; kinds, spans, boxes: see culling.
+    its points and normals are written by every frame, and so are view, u, v, reversed_z,
+    outcodes: see projection; kinds, spans, boxes: see culling.
     """
 
     def __init__(self, rows, columns, scene, segments):
@@ -64,8 +64,8 @@ class Assembly:
 
         count, chunks = len(self.triangles), -(-len(self.triangles) // CHUNK)
         self.view = np.empty(self.points.shape)
-        self.u, self.v, self.where = np.empty((3, len(self.points)), np.int32)
-        self.nearness = np.empty(len(self.points))
+        self.u, self.v, self.outcodes = np.empty((3, len(self.points)), np.int32)
+        self.reversed_z = np.empty(len(self.points))
         self.kinds = np.empty(count, np.uint8)
         self.spans, self.boxes = np.empty((2, count), np.int16), np.empty((4, chunks), np.int32)
 

@@ -21,7 +21,7 @@ that all end at about the same time, and one that comes late, for its processor 
 less to do.
 """
 from flag_sim.atomics import fetch_add
-from flag_sim.drawing.canvas import write_nearness, write_rgb
+from flag_sim.drawing.canvas import write_reversed_z, write_rgb
 from flag_sim.drawing.culling import collect
 from flag_sim.drawing.rasterizer import fill
 from flag_sim.drawing.spans import LANES
@@ -34,13 +34,13 @@ import numpy as np
 BAND = 32
 
 
-class Desk:
+class Buffers:
     """
-    What one thread needs to draw a band: buffers that it uses for one after another.
+    One thread's buffers, which it draws one band after another in.
 
-    words, depths: colours and nearness of a band's rows and of one more above and below, `stride`
-    pixels each; sample_words, sample_depths, sums, marks, worst: see tiles; found, touching:
-    triangles' numbers.
+    words, depths: colours and reversed Z of a band's rows and of one more above and below,
+    `stride` pixels each; sample_words, sample_depths, sums, marks, worst: see tiles; found,
+    touching: triangles' numbers.
     """
 
     def __init__(self, width, triangles, has_samples):
@@ -61,21 +61,20 @@ class Desk:
 # the call, which tuples of the same arrays lengthen by 0.1 us (named ones by 1 us); what else it
 # is was not found.
 @kernel
-def draw_bands(taken, triangles, order, spans, boxes, kinds, closed,
-               view, u, v, nearness, where, colours, is_flat, cu, cv, near,
-               is_perspective, is_correct, is_painted, is_outlined, pattern, word, farthest,
-               width, height, stride, words, depths, found, touched,
-               sample_words, sample_depths, sums, worst, marks,
-               drawn, rgb, rgb_words, nearness_image):
+def draw_bands(taken, triangles, order, spans, boxes, kinds, closed, view, u, v, reversed_z,
+               outcodes, colours, is_flat, cu, cv, near, is_perspective, is_perspective_correct,
+               is_painter, is_outlined, pattern, clear_colour, clear_depth, width, height, stride,
+               words, depths, found, touched, sample_words, sample_depths, sums, worst, marks,
+               drawn, rgb, rgb_words, reversed_z_image):
     """
     Draw bands of an image as long as there are any.
 
     taken: (1,) int64, how many bands were taken by this and other threads; order, spans, boxes,
     kinds: see culling; from view to is_outlined: see rasterizer.fill;
-    pattern: (samples, 2) int32 [1 / PLACES pixel], the centre first; word, farthest: colour and
-    nearness where nothing is; from stride to marks: a Desk's; drawn: (2, bands of the image)
+    pattern: (samples, 2) int32 [subpixel], the centre first; clear_colour, clear_depth: colour and
+    reversed Z where nothing is; from stride to marks: of Buffers; drawn: (2, bands of the image)
     int32, first column and end of what the last frame drew, renewed; rgb, rgb_words,
-    nearness_image: a Canvas's.
+    reversed_z_image: a Canvas's.
     """
     samples = pattern.shape[0]
     no_marks = marks[:0]
@@ -97,36 +96,39 @@ def draw_bands(taken, triangles, order, spans, boxes, kinds, closed,
         if samples > 1:
             # Neighbours are compared over the whole width.
             last_left, last_right = np.int32(0), np.int32(width)
-        clear(words, depths, word, farthest, last_left, last_right, rows + 2 * rim, stride)
-        fill(triangles, found, count, kinds, closed, view, u, v, nearness, where, colours,
-             is_flat, cu, cv, near, is_perspective, is_correct, is_painted, is_outlined,
-             np.int32(0), np.int32(0), no_marks, top, end + rim, width, stride, depths, words)
-        if nearness_image.size > 0:
-            write_nearness(depths[rim * stride:], begin, rows, last_left, last_right, width,
-                           stride, nearness_image)
+        clear(words, depths, clear_colour, clear_depth, last_left, last_right, rows + 2 * rim,
+              stride)
+        fill(triangles, found, count, kinds, closed, view, u, v, reversed_z, outcodes, colours,
+             is_flat, cu, cv, near, is_perspective, is_perspective_correct, is_painter,
+             is_outlined, np.int32(0), np.int32(0), no_marks, top, end + rim, width, stride,
+             depths, words)
+        if reversed_z_image.size > 0:
+            write_reversed_z(depths[rim * stride:], begin, rows, last_left, last_right, width,
+                             stride, reversed_z_image)
         own = words[rim * stride:]
         if samples > 1:
             mark_edges(words, begin, end, width, height, stride, worst, marks)
-            count = touching(triangles, found, count, u, v, where, marks, begin, end, width,
+            count = touching(triangles, found, count, u, v, outcodes, marks, begin, end, width,
                              touched)
-            clear_marked(marks, rows, stride, word, farthest, own, sample_words, sample_depths,
-                         sums)
+            clear_marked(marks, rows, stride, clear_colour, clear_depth, own, sample_words,
+                         sample_depths, sums)
             # The first sample is the centre.
             for k in range(1, samples):
-                fill(triangles, touched, count, kinds, closed, view, u, v, nearness, where,
-                     colours, is_flat, cu, cv, near, is_perspective, is_correct, is_painted,
-                     is_outlined, pattern[k, 0], pattern[k, 1], marks, begin, end, width, stride,
-                     sample_depths, sample_words)
-                add_sample(marks, rows, stride, word, farthest, sample_words, sample_depths, sums)
+                fill(triangles, touched, count, kinds, closed, view, u, v, reversed_z, outcodes,
+                     colours, is_flat, cu, cv, near, is_perspective, is_perspective_correct,
+                     is_painter, is_outlined, pattern[k, 0], pattern[k, 1], marks, begin, end,
+                     width, stride, sample_depths, sample_words)
+                add_sample(marks, rows, stride, clear_colour, clear_depth, sample_words,
+                           sample_depths, sums)
             resolve(marks, rows, stride, samples, sums, own)
         write_rgb(own, begin, rows, last_left, last_right, width, stride, rgb, rgb_words)
 
 
 @kernel
-def clear(words, depths, word, farthest, left, right, rows, stride):
+def clear(words, depths, clear_colour, clear_depth, left, right, rows, stride):
     """Empty columns left .. right - 1 of all rows."""
     for row in range(rows):
         first = np.uint64(row * stride)
         for i in range(first + np.uint64(left), first + np.uint64(right)):
-            words[i] = word
-            depths[i] = farthest
+            words[i] = clear_colour
+            depths[i] = clear_depth

@@ -17,30 +17,30 @@ Narrow triangles, many at a time.
 
 They are fetched, set up and drawn in groups. Setting up is one loop over a group's triangles,
 which LLVM turns into vector instructions: a group's arrays are flat, field after field, GROUP
-places each. A triangle covers a pixel where its three edge functions (Pineda, 1988) are not
-negative; they are whole numbers of square places, so coverage is exact. Rows are drawn in
+slots each. A triangle covers a pixel where its three edge functions (Pineda, 1988) are not
+negative; they are whole numbers of square subpixels, so coverage is exact. Rows are drawn in
 blocks of LANES pixels at columns that are multiples of LANES: what one triangle stores, the next
 one loads in one piece, which a processor forwards at once, while pieces that overlap in part, or
 under a mask, wait for memory.
 """
-from flag_sim.drawing.projection import next_centre, PLACE_BITS, PLACES
+from flag_sim.drawing.projection import next_centre, SUBPIXEL_BITS, SUBPIXELS
 from flag_sim.drawing.spans import LANES, pack, WHOLE
 from flag_sim.kernels import inner_kernel, kernel
 
 import numpy as np
 
 GROUP = 64
-# Fields of a triangle: corner a and the ways from it to b and c [places].
+# Fields of a triangle: corner a and the ways from it to b and c [subpixels].
 A_U, A_V, P_U, P_V, Q_U, Q_V = (np.uint64(k * GROUP) for k in range(6))
-PLACE_FIELDS = 6
-# At a, b and c: nearness, red, green, blue.
+POSITION_FIELDS = 6
+# At a, b and c: reversed Z, red, green, blue.
 VALUE_FIELDS = 12
 # Three edge functions at the first pixel, their changes a column and a row; the columns' start
 # and number, rows' start and end.
 EDGE, EDGE_U, EDGE_V = (np.uint64(3 * k * GROUP) for k in range(3))
 LEFT, COUNT, TOP, END = (np.uint64(k * GROUP) for k in range(9, 13))
 EDGE_FIELDS = 13
-# Nearness, red, green, blue: at the first pixel, their changes a column and a row.
+# Reversed Z, red, green, blue: at the first pixel, their changes a column and a row.
 PLANE_FIELDS = 12
 ONE, TWO, THREE = np.uint64(GROUP), np.uint64(2 * GROUP), np.uint64(3 * GROUP)
 ZERO = np.int32(0)
@@ -50,43 +50,45 @@ ROUNDING = 1e-9
 
 
 @kernel
-def draw_narrow(triangles, numbers, first, count, closed, u, v, nearness, colours, is_flat,
-                is_correct, is_painted, is_slanted, shift_u, shift_v, top, end, width, stride,
-                places, values, edges, planes, depths, words):
+def draw_narrow(triangles, numbers, first, count, closed, u, v, reversed_z, colours, is_flat,
+                is_perspective_correct, is_painter, is_slanted, shift_u, shift_v, top, end, width,
+                stride, positions, values, edges, planes, depths, words):
     """
     Draw `count` triangles, at most GROUP, numbers[first] and on, into rows top .. end - 1.
 
     All are INSIDE and of one kind, SLIM or, where is_slanted, NARROW (see culling). closed,
-    colours, is_flat, is_correct, is_painted, shift_u, shift_v, stride: see rasterizer.fill;
-    places, values, edges, planes: for the work in between; depths, words: nearness and colours of
-    the rows.
+    colours, is_flat, is_perspective_correct, is_painter, shift_u, shift_v, stride: see
+    rasterizer.fill; positions, values, edges, planes: for the work in between; depths, words:
+    reversed Z and colours of the rows.
     """
-    kept = _fetch(triangles, numbers, first, count, closed, u, v, nearness, colours, is_flat,
-                  is_correct, shift_u, shift_v, places, values)
-    _set_up(kept, width, places, values, edges, planes)
-    if not is_painted:
-        _draw(np.uint64(0), kept, edges, planes, is_slanted, is_correct, top, end, stride,
-              depths, words)
+    kept = _fetch(triangles, numbers, first, count, closed, u, v, reversed_z, colours, is_flat,
+                  is_perspective_correct, shift_u, shift_v, positions, values)
+    _set_up(kept, width, positions, values, edges, planes)
+    if not is_painter:
+        _draw(np.uint64(0), kept, edges, planes, is_slanted, is_perspective_correct, top, end,
+              stride, depths, words)
         return
     for k in range(kept):
         # What is emptied first is covered.
         _empty_rows(k, edges, top, end, stride, depths)
-        _draw(k, k + np.uint64(1), edges, planes, is_slanted, is_correct, top, end, stride,
-              depths, words)
+        _draw(k, k + np.uint64(1), edges, planes, is_slanted, is_perspective_correct, top, end,
+              stride, depths, words)
 
 
 @kernel
-def _draw(first_k, end_k, edges, planes, is_slanted, is_correct, begin, end, stride,
+def _draw(first_k, end_k, edges, planes, is_slanted, is_perspective_correct, begin, end, stride,
           depths, words):
     if is_slanted:
-        _draw_slanted(first_k, end_k, edges, planes, is_correct, begin, end, stride, depths, words)
+        _draw_slanted(first_k, end_k, edges, planes, is_perspective_correct, begin, end, stride,
+                      depths, words)
     else:
-        _draw_rows(first_k, end_k, edges, planes, is_correct, begin, end, stride, depths, words)
+        _draw_rows(first_k, end_k, edges, planes, is_perspective_correct, begin, end, stride,
+                   depths, words)
 
 
 @kernel
-def _fetch(triangles, numbers, first, count, closed, u, v, nearness, colours, is_flat,
-           is_correct, shift_u, shift_v, places, values):
+def _fetch(triangles, numbers, first, count, closed, u, v, reversed_z, colours, is_flat,
+           is_perspective_correct, shift_u, shift_v, positions, values):
     """Gather what is known of the corners; backs of closed bodies are left out."""
     kept = np.uint64(0)
     for k in range(count):
@@ -97,33 +99,34 @@ def _fetch(triangles, numbers, first, count, closed, u, v, nearness, colours, is
         pu, pv = u[b] - shift_u - au, v[b] - shift_v - av
         qu, qv = u[c] - shift_u - au, v[c] - shift_v - av
         area = pu * qv - qu * pv
-        places[A_U + kept], places[A_V + kept] = au, av
-        places[P_U + kept], places[P_V + kept] = pu, pv
-        places[Q_U + kept], places[Q_V + kept] = qu, qv
+        positions[A_U + kept], positions[A_V + kept] = au, av
+        positions[P_U + kept], positions[P_V + kept] = pu, pv
+        positions[Q_U + kept], positions[Q_V + kept] = qu, qv
         # v points down, so the front, counterclockwise, has a negative area.
         side = np.uint64(area > 0)
         matter_a, matter_b, matter_c = (t, t, t) if is_flat else (a, b, c)
-        sa, sb, sc = nearness[a], nearness[b], nearness[c]
+        sa, sb, sc = reversed_z[a], reversed_z[b], reversed_z[c]
         values[kept], values[kept + np.uint64(4 * GROUP)] = sa, sb
         values[kept + np.uint64(8 * GROUP)] = sc
-        # Perspective-correct colours are interpolated multiplied by nearness.
-        wa, wb, wc = (sa, sb, sc) if is_correct else (1.0, 1.0, 1.0)
+        # Perspective-correct colours are interpolated multiplied by 1 / z.
+        wa, wb, wc = (sa, sb, sc) if is_perspective_correct else (1.0, 1.0, 1.0)
         for channel in range(3):
-            place = kept + np.uint64((1 + channel) * GROUP)
-            values[place] = wa * colours[matter_a, side, channel]
-            values[place + np.uint64(4 * GROUP)] = wb * colours[matter_b, side, channel]
-            values[place + np.uint64(8 * GROUP)] = wc * colours[matter_c, side, channel]
+            slot = kept + np.uint64((1 + channel) * GROUP)
+            values[slot] = wa * colours[matter_a, side, channel]
+            values[slot + np.uint64(4 * GROUP)] = wb * colours[matter_b, side, channel]
+            values[slot + np.uint64(8 * GROUP)] = wc * colours[matter_c, side, channel]
         kept += np.uint64((side == 0) | (t < closed))
     return kept
 
 
 @kernel
-def _set_up(count, width, places, values, edges, planes):
+def _set_up(count, width, positions, values, edges, planes):
     """Make edge functions and planes; each value q is q_0 + q_u (u - ua) + q_v (v - va)."""
-    full = np.int32(PLACES)
+    full = np.int32(SUBPIXELS)
     for k in range(count):
-        au, av = places[A_U + k], places[A_V + k]
-        pu, pv, qu, qv = places[P_U + k], places[P_V + k], places[Q_U + k], places[Q_V + k]
+        au, av = positions[A_U + k], positions[A_V + k]
+        pu, pv = positions[P_U + k], positions[P_V + k]
+        qu, qv = positions[Q_U + k], positions[Q_V + k]
         area = pu * qv - qu * pv
         left = next_centre(au + min(pu, qu, ZERO))
         right = next_centre(au + max(pu, qu, ZERO))
@@ -147,9 +150,9 @@ def _set_up(count, width, places, values, edges, planes):
             change_u * (du - pu) + change_v * (dv - pv), change_u, change_v)
         edges[EDGE_U + TWO + k], edges[EDGE_V + TWO + k] = change_u, change_v
 
-        share = PLACES / area
+        share = SUBPIXELS / area
         bu, bv, cu, cv = qv * share, -qu * share, -pv * share, pu * share
-        x, y = du / PLACES, dv / PLACES
+        x, y = du / SUBPIXELS, dv / SUBPIXELS
         # Four values, written out: LLVM vectorises no loop that has another one inside.
         _plane(values, planes, k, np.uint64(0), bu, bv, cu, cv, x, y)
         _plane(values, planes, k, np.uint64(1), bu, bv, cu, cv, x, y)
@@ -160,28 +163,29 @@ def _set_up(count, width, places, values, edges, planes):
 @kernel
 def _in_steps(edge, change_u, change_v):
     """
-    Divide an edge function by PLACES, which is what a pixel changes it in; keep its sign.
+    Divide an edge function by SUBPIXELS, which is what a pixel changes it in; keep its sign.
 
     A point on an edge that is neither top nor left is outside, so there the quotient is negative.
     """
     is_excluded = (change_u < 0) | ((change_u == 0) & (change_v < 0))
-    return np.int32((edge - (1 if is_excluded else 0)) >> PLACE_BITS)
+    return np.int32((edge - (1 if is_excluded else 0)) >> SUBPIXEL_BITS)
 
 
 @kernel
 def _plane(values, planes, k, q, bu, bv, cu, cv, x, y):
-    place = q * np.uint64(GROUP) + k
-    start = values[place]
-    along_b = values[place + np.uint64(4 * GROUP)] - start
-    along_c = values[place + np.uint64(8 * GROUP)] - start
+    slot = q * np.uint64(GROUP) + k
+    start = values[slot]
+    along_b = values[slot + np.uint64(4 * GROUP)] - start
+    along_c = values[slot + np.uint64(8 * GROUP)] - start
     change_u, change_v = along_b * bu + along_c * cu, along_b * bv + along_c * cv
-    place = q * THREE + k
-    planes[place] = start + change_u * x + change_v * y
-    planes[place + ONE], planes[place + TWO] = change_u, change_v
+    slot = q * THREE + k
+    planes[slot] = start + change_u * x + change_v * y
+    planes[slot + ONE], planes[slot + TWO] = change_u, change_v
 
 
 @kernel
-def _draw_rows(first_k, end_k, edges, planes, is_correct, begin, end, stride, depths, words):
+def _draw_rows(first_k, end_k, edges, planes, is_perspective_correct, begin, end, stride, depths,
+               words):
     """Draw all blocks of the rows of triangles first_k .. end_k - 1 of the group."""
     for k in range(first_k, end_k):
         top = edges[TOP + k]
@@ -190,11 +194,13 @@ def _draw_rows(first_k, end_k, edges, planes, is_correct, begin, end, stride, de
             # From the triangle's own first row, so that bands make no difference.
             y = np.int32(row - top)
             first = np.uint64((row - begin) * stride + edges[LEFT + k])
-            _draw_row(k, y, np.uint64(0), columns, edges, planes, is_correct, first, depths, words)
+            _draw_row(k, y, np.uint64(0), columns, edges, planes, is_perspective_correct, first,
+                      depths, words)
 
 
 @kernel
-def _draw_slanted(first_k, end_k, edges, planes, is_correct, begin, end, stride, depths, words):
+def _draw_slanted(first_k, end_k, edges, planes, is_perspective_correct, begin, end, stride,
+                  depths, words):
     """Draw the same, but of each row only the blocks that can have pixels inside."""
     for k in range(first_k, end_k):
         top = edges[TOP + k]
@@ -203,25 +209,25 @@ def _draw_slanted(first_k, end_k, edges, planes, is_correct, begin, end, stride,
             y = np.int32(row - top)
             low, high = 0.0, np.float64(columns) - 1.0
             for edge in range(np.uint64(3)):
-                place = edge * ONE + k
-                here = np.int32(edges[EDGE + place] + np.int32(y * edges[EDGE_V + place]))
+                slot = edge * ONE + k
+                here = np.int32(edges[EDGE + slot] + np.int32(y * edges[EDGE_V + slot]))
                 # here + n change is not negative from this column on, or up to it.
-                cut = -here / edges[EDGE_U + place]
-                if edges[EDGE_U + place] > 0:
+                cut = -here / edges[EDGE_U + slot]
+                if edges[EDGE_U + slot] > 0:
                     low = max(low, cut)
-                elif edges[EDGE_U + place] < 0:
+                elif edges[EDGE_U + slot] < 0:
                     high = min(high, cut)
             inner, last = np.ceil(low - ROUNDING), np.floor(high + ROUNDING)
             if inner <= last:
                 start = np.uint64(inner) & WHOLE
                 stop = min((np.uint64(last) + np.uint64(LANES)) & WHOLE, columns)
                 first = np.uint64((row - begin) * stride + edges[LEFT + k]) + start
-                _draw_row(k, y, start, stop - start, edges, planes, is_correct, first,
+                _draw_row(k, y, start, stop - start, edges, planes, is_perspective_correct, first,
                           depths, words)
 
 
 @inner_kernel
-def _draw_row(k, y, start, columns, edges, planes, is_correct, first, depths, words):
+def _draw_row(k, y, start, columns, edges, planes, is_perspective_correct, first, depths, words):
     """Draw `columns` of row y of triangle k from column `start` on, which is pixel `first`."""
     a_u, b_u, c_u = edges[EDGE_U + k], edges[EDGE_U + ONE + k], edges[EDGE_U + TWO + k]
     a = _along(edges[EDGE + k], y, edges[EDGE_V + k])
@@ -243,21 +249,21 @@ def _draw_row(k, y, start, columns, edges, planes, is_correct, first, depths, wo
         # Stored whether it is new or not: LLVM would mask a store under a condition.
         depths[first + j] = max(here, there)
         if here > there:
-            # Perspective-correct colours come times nearness (Heckbert, 1989).
-            depth = np.float32(1.0) / here if is_correct else np.float32(1.0)
+            # Perspective-correct colours come times 1 / z (Heckbert, 1989).
+            depth = np.float32(1.0) / here if is_perspective_correct else np.float32(1.0)
             words[first + j] = pack((red + dr * i) * depth, (green + dg * i) * depth,
                                     (blue + db * i) * depth)
 
 
 @inner_kernel
 def _along(edge, n, change):
-    """Give an edge function n steps on; in 32 bits, or else LLVM multiplies with 64, slowly."""
+    """Return an edge function n steps on; in 32 bits, or else LLVM multiplies with 64, slowly."""
     return np.int32(edge + np.int32(n * change))
 
 
 @kernel
 def _empty_rows(k, edges, begin, end, stride, depths):
-    """Take away the nearness of what is drawn where triangle k of the group is."""
+    """Empty the depths where triangle k of the group is, so that whatever is drawn is nearer."""
     columns = (np.uint64(edges[COUNT + k]) + np.uint64(LANES - 1)) & WHOLE
     for row in range(max(edges[TOP + k], begin), min(edges[END + k], end)):
         y = np.int32(row - edges[TOP + k])

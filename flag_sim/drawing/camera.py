@@ -80,7 +80,7 @@ class Camera:
     @functools.cached_property
     def viewpoint(self):
         """
-        Give the eye as a homogeneous point (4,): the way from p to it is [:3] - [3] p.
+        Return the eye as a homogeneous point (4,): the way from p to it is [:3] - [3] p.
 
         In orthographic projection it is infinitely far against the optical axis.
         """
@@ -93,7 +93,7 @@ class Camera:
         """World to optical frame: (4, 4)."""
         matrix = np.eye(4)
         matrix[:3, :3] = self._axes
-        return matrix @ transforms.shift(-self.position)
+        return matrix @ transforms.translate(-self.position)
 
     @property
     def focal(self):
@@ -110,7 +110,7 @@ class Camera:
     @functools.cached_property
     def K(self):
         """
-        Give the intrinsic matrix of CameraInfo: (3, 3).
+        Return the intrinsic matrix of CameraInfo: (3, 3).
 
         It takes a point of the optical frame to (u, v, 1) z. It is all zero, which is
         CameraInfo's way to say "no pinhole", where the projection is orthographic.
@@ -119,14 +119,14 @@ class Camera:
 
     @functools.cached_property
     def P(self):
-        """Give the projection matrix of CameraInfo, from (x, y, z, 1) to (u, v, 1) w: (3, 4)."""
+        """Return the projection matrix of CameraInfo, from (x, y, z, 1) to (u, v, 1) w: (3, 4)."""
         focal, (cu, cv) = self.focal, self.centre
         if self.is_perspective:
             return np.array([[focal, 0.0, cu, 0.0], [0.0, focal, cv, 0.0], [0.0, 0.0, 1.0, 0.0]])
         return np.array([[focal, 0.0, 0.0, cu], [0.0, focal, 0.0, cv], [0.0, 0.0, 0.0, 1.0]])
 
     def pixels_per_metre(self, distance):
-        """Say how long [pixel] one metre across the view is at `distance` [m] from the camera."""
+        """Return how long [pixel] a metre across the view is at `distance` [m] from the camera."""
         return self.focal / max(distance, self.near) if self.is_perspective else self.focal
 
     @functools.cached_property
@@ -137,4 +137,4 @@ class Camera:
         level = np.array([[-sin_az, cos_az, 0.0],
                           [sin_el * cos_az, sin_el * sin_az, -cos_el],
                           [-cos_el * cos_az, -cos_el * sin_az, -sin_el]])
-        return transforms.turn_z(-self.roll)[:3, :3] @ level
+        return transforms.rotate_z(-self.roll)[:3, :3] @ level

@@ -20,37 +20,37 @@ import numpy as np
 
 class Canvas:
     """
-    Bytes of one size and background, and nearness where it is wanted.
+    Bytes of one size and background, and reversed Z where it is wanted.
 
     rgb: (height, width, 3) uint8, read-only; byte_array and word_array: the same memory, flat, as
     bytes and as uint32, for the kernels; drawn: (2, bands) int32, first column and end of what
     the last frame drew in each band, so that only that is emptied.
     """
 
-    def __init__(self, width, height, bands, word, farthest):
+    def __init__(self, width, height, bands, clear_colour, clear_depth):
         """Make an image that is to be written as a whole by the next frame."""
         pixels = width * height
-        self.kind = width, height, word, farthest
+        self.kind = width, height, clear_colour, clear_depth
         # Colours are turned into bytes four at a time.
         self.word_array = np.empty(-(-pixels // 4) * 3, np.uint32)
         self.byte_array = self.word_array.view(np.uint8)
         self.rgb = self.byte_array[:3 * pixels].reshape(height, width, 3)
         self.rgb.flags.writeable = False
         self.drawn = np.tile(np.array([[0], [width]], np.int32), bands)
-        self._nearness = np.empty(0, np.float32)
+        self._reversed_z = np.empty(0, np.float32)
 
-    def nearness(self, is_wanted):
-        """Give nearness, (height width,), all farthest at first; an empty array if unwanted."""
+    def reversed_z(self, is_wanted):
+        """Return (height width,) float32, all clear_depth at first; an empty array if unwanted."""
         if not is_wanted:
-            self._nearness = self._nearness[:0]
-        elif not self._nearness.size:
-            width, height, _, farthest = self.kind
-            self._nearness = np.full(width * height, farthest, np.float32)
-        return self._nearness
+            self._reversed_z = self._reversed_z[:0]
+        elif not self._reversed_z.size:
+            width, height, _, clear_depth = self.kind
+            self._reversed_z = np.full(width * height, clear_depth, np.float32)
+        return self._reversed_z
 
 
 @kernel
-def write_nearness(depths, top, rows, left, right, width, stride, image):
+def write_reversed_z(depths, top, rows, left, right, width, stride, image):
     """Copy columns left .. right - 1 of a band's rows to rows from `top` on of the image."""
     for row in range(rows):
         source, target = np.uint64(row * stride), np.uint64((top + row) * width)

@@ -23,25 +23,29 @@ from flag_sim.kernels import kernel
 # Half the width of the band around the principal point that triangles are cut to [pixel]. With
 # a principal point below 2^13 all coordinates stay below 2^15, where edges are exact.
 GUARD = 2.0 ** 14
-# Beyond this [m or pixel] a vertex is nowhere, like one that is not finite.
+# Beyond this [m or pixel] a vertex is INVALID, like one that is not finite.
 REACH = 1e15
 # A triangle cut by five planes has at most eight corners.
 MOST_CORNERS = 8
 PLANES = 5
 
-INSIDE, OUTSIDE, NOWHERE = 0, 1, 2
+INSIDE, OUTSIDE, INVALID = 0, 1, 2
 
 
 @kernel
-def whereabouts(x, y, z, near, is_perspective):
-    """Say whether a point is INSIDE all planes, OUTSIDE of one, or NOWHERE."""
+def outcode(x, y, z, near, is_perspective):
+    """
+    Return whether a point is INSIDE all planes, OUTSIDE of one, or INVALID.
+
+    As the outcode of Cohen and Sutherland, but without a bit for each plane: clip tries them all.
+    """
     reach = GUARD * z if is_perspective else GUARD
     # The common case first: nothing else is then looked at.
     if abs(x) <= reach and abs(y) <= reach and near <= z < REACH:
         return INSIDE
     if abs(x) < REACH and abs(y) < REACH and abs(z) < REACH:
         return OUTSIDE
-    return NOWHERE
+    return INVALID
 
 
 @kernel
@@ -80,7 +84,7 @@ def clip(corners, near, is_perspective):
 
 @kernel
 def _inward(corners, half, k, plane, near, is_perspective):
-    """Say how far inside of a plane a corner is; negative outside."""
+    """Return how far inside of a plane a corner is; negative outside."""
     if plane == 0:
         return corners[half, k, 2] - near
     reach = GUARD * corners[half, k, 2] if is_perspective else GUARD

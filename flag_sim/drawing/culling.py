@@ -13,8 +13,8 @@
 # limitations under the License.
 
 """Which triangles can be seen at all, and in which rows: told once a frame, for all bands."""
-from flag_sim.drawing.clipping import INSIDE, NOWHERE
-from flag_sim.drawing.projection import next_centre, PLACES
+from flag_sim.drawing.clipping import INSIDE, INVALID
+from flag_sim.drawing.projection import next_centre, SUBPIXELS
 from flag_sim.kernels import kernel
 
 import numpy as np
@@ -24,19 +24,19 @@ CHUNK = 64
 # How a triangle is drawn (see blocks): alone, or in a group, and of its rows then the blocks that
 # are needed, or all, for these are so few that to look which would take longer.
 ALONE, NARROW, SLIM = range(3)
-# Up to which widths [1 / PLACES pixel]; a matter of speed, but the edge functions of what is drawn
+# Up to which widths [subpixel]; a matter of speed, but the edge functions of what is drawn
 # in a group must stay below 2^31. Up to 64 pixels they do: no two vertices are more than 2^23
-# places apart (see GUARD), and blocks reach 14 pixels beyond: 2 (78 2^8) 2^23 / 2^8 < 2^31.
-NARROW_WIDTH, SLIM_WIDTH = 64 * PLACES, 16 * PLACES
+# subpixels apart (see GUARD), and blocks reach 14 pixels beyond: 2 (78 2^8) 2^23 / 2^8 < 2^31.
+NARROW_WIDTH, SLIM_WIDTH = 64 * SUBPIXELS, 16 * SUBPIXELS
 
 
 @kernel
-def cull(triangles, order, first_chunk, end_chunk, u, v, where, margin, width, height,
+def cull(triangles, order, first_chunk, end_chunk, u, v, outcodes, margin, width, height,
          kinds, spans, boxes):
     """
     Find the rows that triangles (m, 3) in `order` (m,) can cover.
 
-    u, v, where: from project; margin: [1 / PLACES pixel] around the pixels' centres. Writes
+    u, v, outcodes: from project; margin: [subpixel] around the pixels' centres. Writes
     kinds (m,) uint8, by the triangle's number: ALONE, SLIM or NARROW; and by the place in `order`:
     spans (2, m) int16, first row and end, both 0 for what cannot be seen; boxes (4, chunks)
     int32: the same and first column and end of each CHUNK. Only chunks first_chunk ..
@@ -50,7 +50,7 @@ def cull(triangles, order, first_chunk, end_chunk, u, v, where, margin, width, h
             t = np.uint64(order[k])
             a, b = np.uint64(triangles[t, 0]), np.uint64(triangles[t, 1])
             c = np.uint64(triangles[t, 2])
-            state = max(where[a], where[b], where[c])
+            state = max(outcodes[a], outcodes[b], outcodes[c])
             u_least, u_most = min(u[a], u[b], u[c]), max(u[a], u[b], u[c])
             v_least, v_most = min(v[a], v[b], v[c]), max(v[a], v[b], v[c])
             # What is not INSIDE can be anywhere.
@@ -61,7 +61,7 @@ def cull(triangles, order, first_chunk, end_chunk, u, v, where, margin, width, h
             end = next_centre(v_most + margin) if is_inside else np.int32(height)
             left, right = max(left, np.int32(0)), min(right, np.int32(width))
             top, end = max(top, np.int32(0)), min(end, np.int32(height))
-            is_seen = (state < NOWHERE) & (left < right) & (top < end)
+            is_seen = (state < INVALID) & (left < right) & (top < end)
             extent = u_most - u_least
             is_narrow, is_slim = is_inside & (extent <= NARROW_WIDTH), extent <= SLIM_WIDTH
             kinds[t] = np.uint8(is_narrow) + np.uint8(is_narrow & is_slim)

@@ -46,7 +46,7 @@ class Light:
 
     @property
     def direction(self):
-        """Give the unit vector towards the sun: (x, y, z)."""
+        """Return the unit vector towards the sun: (x, y, z)."""
         across = math.cos(self.elevation)
         return (across * math.cos(self.azimuth), across * math.sin(self.azimuth),
                 math.sin(self.elevation))

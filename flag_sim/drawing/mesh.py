@@ -51,7 +51,7 @@ def grid_triangles(rows, columns):
 
 
 def face_normals(vertices, triangles):
-    """Give the normal of each triangle, as long as twice its area: (m, 3) [m2] (1.12)."""
+    """Return the normal of each triangle, as long as twice its area: (m, 3) [m2] (1.12)."""
     normals = np.empty((len(triangles), 3))
     _cross_products(vertices, triangles, normals)
     return normals

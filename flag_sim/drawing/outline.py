@@ -16,7 +16,7 @@
 Outlines: the triangles' edges as lines of Bresenham (1965), depth-tested.
 
 The colour is the triangle's own in a darker shade. A line is drawn into whole pixels, up to half
-of one away from the edge; there it has the nearness of the triangle's plane, held within that
+of one away from the edge; there it has the reversed Z of the triangle's plane, held within that
 of its corners, so that the triangle does not hide its own edges.
 """
 from flag_sim.drawing.spans import pack
@@ -33,17 +33,17 @@ BEFORE = 1e-4
 
 
 @kernel
-def draw_outline(corners, count, is_correct, is_painted, marks,
+def draw_outline(corners, count, is_perspective_correct, is_painter, marks,
                  top, end, width, stride, depths, words):
-    """Draw the edges of the polygon corners[1, :count]: u, v, nearness, red, green, blue."""
+    """Draw the edges of the polygon corners[1, :count]: u, v, reversed Z, red, green, blue."""
     for k in range(count):
         k_next = k + 1 if k + 1 < count else 0
-        _draw_edge(corners, k, k_next, count, is_correct, is_painted, marks,
+        _draw_edge(corners, k, k_next, count, is_perspective_correct, is_painter, marks,
                    top, end, width, stride, depths, words)
 
 
 @kernel
-def _draw_edge(corners, a, b, count, is_correct, is_painted, marks,
+def _draw_edge(corners, a, b, count, is_perspective_correct, is_painter, marks,
                top, end, width, stride, depths, words):
     # Both triangles of an edge draw it in the same direction, into the same pixels.
     if (corners[1, b, 0], corners[1, b, 1]) < (corners[1, a, 0], corners[1, a, 1]):
@@ -74,13 +74,13 @@ def _draw_edge(corners, a, b, count, is_correct, is_painted, marks,
         s = min(max(s, lowest), highest)
         pixel = (v - top) * stride + u
         there = depths[pixel]
-        if is_painted or s + BEFORE * abs(s) >= there:
+        if is_painter or s + BEFORE * abs(s) >= there:
             along = i / max(length, 1)
-            # Perspective-correct colours come multiplied by nearness.
+            # Perspective-correct colours come multiplied by 1 / z.
             divisor = DARKER
-            if is_correct:
+            if is_perspective_correct:
                 divisor *= corners[1, a, 2] + along * (corners[1, b, 2] - corners[1, a, 2])
-            depths[pixel] = np.float32(s) if is_painted else max(np.float32(s), there)
+            depths[pixel] = np.float32(s) if is_painter else max(np.float32(s), there)
             words[pixel] = pack(
                 _between(corners, a, b, 3, along, divisor),
                 _between(corners, a, b, 4, along, divisor),
@@ -95,7 +95,7 @@ def _between(corners, a, b, channel, along, divisor):
 
 @kernel
 def _slopes(corners, count):
-    """Give the slopes of nearness along u and v, from the polygon's widest fan triangle."""
+    """Return the slopes of reversed Z along u and v, from the polygon's widest fan triangle."""
     best, s_u, s_v = 0.0, 0.0, 0.0
     for k in range(2, count):
         pu, pv = corners[1, k - 1, 0] - corners[1, 0, 0], corners[1, k - 1, 1] - corners[1, 0, 1]

@@ -16,14 +16,14 @@
 from flag_sim import checks
 from flag_sim.crew import Crew
 from flag_sim.drawing.assembly import Assembly
-from flag_sim.drawing.bands import BAND, Desk, draw_bands
+from flag_sim.drawing.bands import BAND, Buffers, draw_bands
 from flag_sim.drawing.camera import Camera
 from flag_sim.drawing.canvas import Canvas
 from flag_sim.drawing.culling import cull
 from flag_sim.drawing.light import Light, shade
 from flag_sim.drawing.mesh import face_normals
 from flag_sim.drawing.painter import far_to_near
-from flag_sim.drawing.projection import PLACES, project
+from flag_sim.drawing.projection import project, SUBPIXELS
 from flag_sim.drawing.scene import Scene
 from flag_sim.drawing.style import Materials, Style
 from flag_sim.drawing.tiles import PATTERNS
@@ -53,7 +53,7 @@ class Picture:
         """Begin without buffers: the first frame's camera says how large they are."""
         self._crew = Crew(threads)
         self._camera = self._canvas = self._assembly = self._draw_bands = self._colours = None
-        self._desks = {}
+        self._buffers = {}
         self._is_depth_kept = self._is_depth_wanted = False
 
     def draw(self, flag_vertices, flag_normals=None, camera=Camera(), light=Light(),
@@ -77,7 +77,7 @@ class Picture:
 
     def depth(self):
         """
-        Give the last frame's depth along the optical axis: (height, width) float32 [m].
+        Return the last frame's depth along the optical axis: (height, width) float32 [m].
 
         It is that of the pixels' centres, and +inf where nothing is. The first time, the frame is
         drawn again for it; the next frames keep it as long as it is asked for each time. Raises
@@ -88,11 +88,11 @@ class Picture:
         if not self._is_depth_kept:
             self._is_depth_kept = True
             self._share_bands()
-        nearness = self._canvas.nearness(True).reshape(self._camera.height, self._camera.width)
+        reversed_z = self._canvas.reversed_z(True).reshape(self._camera.height, self._camera.width)
         if not self._camera.is_perspective:
-            return -nearness
+            return -reversed_z
         with np.errstate(divide='ignore'):
-            return np.float32(1.0) / nearness
+            return np.float32(1.0) / reversed_z
 
     def _assemble(self, vertices, normals, camera, scene):
         """Join flag and scene; what stands still is joined once."""
@@ -121,7 +121,7 @@ class Picture:
                     assembly.take_flag(piece)
                 project(assembly.points[piece], matrix, *camera.centre, camera.near,
                         camera.is_perspective, assembly.view[piece], assembly.u[piece],
-                        assembly.v[piece], assembly.nearness[piece], assembly.where[piece])
+                        assembly.v[piece], assembly.reversed_z[piece], assembly.outcodes[piece])
                 if not is_flat:
                     shade(assembly.points[piece], assembly.normals[piece], camera.viewpoint,
                           getattr(materials, name), light, self._colours[piece])
@@ -142,15 +142,15 @@ class Picture:
         else:
             self._order = assembly.order
         # Lines lie in whole pixels, and samples beside the pixels' centres.
-        margin = PLACES if style.outline or style.samples > 1 else 0
+        margin = SUBPIXELS if style.outline or style.samples > 1 else 0
         chunks = assembly.boxes.shape[1]
         pieces = iter(range(0, chunks, CHUNKS))
 
         def take(thread):
             for first in pieces:
                 cull(assembly.triangles, self._order, first, min(first + CHUNKS, chunks),
-                     assembly.u, assembly.v, assembly.where, margin, camera.width, camera.height,
-                     assembly.kinds, assembly.spans, assembly.boxes)
+                     assembly.u, assembly.v, assembly.outcodes, margin, camera.width,
+                     camera.height, assembly.kinds, assembly.spans, assembly.boxes)
 
         self._share(-(-chunks // CHUNKS), take)
 
@@ -164,37 +164,37 @@ class Picture:
     def _paint(self, style):
         """Draw all bands; buffers are made anew where the camera or the style is another."""
         assembly, camera = self._assembly, self._camera
-        farthest = 0.0 if camera.is_perspective else -np.inf
-        kind = camera.width, camera.height, style.word, farthest
+        clear_depth = 0.0 if camera.is_perspective else -np.inf
+        kind = camera.width, camera.height, style.clear_colour, clear_depth
         if self._canvas is None or self._canvas.kind != kind:
             bands = -(-camera.height // BAND)
             self._canvas = Canvas(camera.width, camera.height, bands, *kind[2:])
         kind = camera.width, len(assembly.triangles), style.samples > 1
-        if any(desk.kind != kind for desk in self._desks.values()):
-            self._desks = {}
+        if any(buffers.kind != kind for buffers in self._buffers.values()):
+            self._buffers = {}
         # In orthographic projection what is linear in space is linear on the screen.
-        is_correct = style.interpolation == 'perspective' and camera.is_perspective
-        pattern = np.int32(PATTERNS[style.samples] * PLACES)
+        is_perspective_correct = style.interpolation == 'perspective' and camera.is_perspective
+        pattern = np.int32(PATTERNS[style.samples] * SUBPIXELS)
 
-        def draw(thread, taken, nearness):
-            if thread not in self._desks:
-                self._desks[thread] = Desk(*kind)
-            desk, canvas = self._desks[thread], self._canvas
-            draw_bands(
-                taken, assembly.triangles, self._order, assembly.spans, assembly.boxes,
-                assembly.kinds, assembly.closed, assembly.view, assembly.u, assembly.v,
-                assembly.nearness, assembly.where, self._colours, style.shading == 'flat',
-                *camera.centre, camera.near, camera.is_perspective, is_correct,
-                style.hidden_surface == 'painter', style.outline, pattern, style.word,
-                np.float32(farthest), camera.width, camera.height, desk.stride, *desk.arrays,
-                canvas.drawn, canvas.byte_array, canvas.word_array, nearness)
+        def draw(thread, taken, reversed_z):
+            if thread not in self._buffers:
+                self._buffers[thread] = Buffers(*kind)
+            buffers, canvas = self._buffers[thread], self._canvas
+            draw_bands(taken, assembly.triangles, self._order, assembly.spans, assembly.boxes,
+                       assembly.kinds, assembly.closed, assembly.view, assembly.u, assembly.v,
+                       assembly.reversed_z, assembly.outcodes, self._colours,
+                       style.shading == 'flat', *camera.centre, camera.near, camera.is_perspective,
+                       is_perspective_correct, style.hidden_surface == 'painter', style.outline,
+                       pattern, style.clear_colour, np.float32(clear_depth), camera.width,
+                       camera.height, buffers.stride, *buffers.arrays, canvas.drawn,
+                       canvas.byte_array, canvas.word_array, reversed_z)
 
         self._draw_bands = draw
         self._is_depth_kept, self._is_depth_wanted = self._is_depth_wanted, False
         self._share_bands()
 
     def _share_bands(self):
-        """Let the crew draw the last frame's bands, with its nearness if that is kept."""
-        nearness = self._canvas.nearness(self._is_depth_kept)
+        """Let the crew draw the last frame's bands, with its reversed Z if that is kept."""
+        reversed_z = self._canvas.reversed_z(self._is_depth_kept)
         taken = np.zeros(1, np.int64)
-        self._crew.deal(lambda thread: self._draw_bands(thread, taken, nearness))
+        self._crew.deal(lambda thread: self._draw_bands(thread, taken, reversed_z))

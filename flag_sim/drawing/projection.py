@@ -13,24 +13,25 @@
 # limitations under the License.
 
 """Vertices to the screen."""
-from flag_sim.drawing.clipping import INSIDE, whereabouts
+from flag_sim.drawing.clipping import INSIDE, outcode
 from flag_sim.kernels import kernel
 
 import numpy as np
 
-# Places a pixel: vertices are snapped to them, so that what is covered can be told exactly.
-PLACE_BITS = 8
-PLACES = 2 ** PLACE_BITS
+# Along a pixel's side: vertices are snapped to them, so that what is covered can be told exactly.
+SUBPIXEL_BITS = 8
+SUBPIXELS = 2 ** SUBPIXEL_BITS
 
 
 @kernel
-def project(vertices, matrix, cu, cv, near, is_perspective, view, u, v, nearness, where):
+def project(vertices, matrix, cu, cv, near, is_perspective, view, u, v, reversed_z, outcodes):
     """
     Take vertices (n, 3) [m] to the screen.
 
     matrix: (4, 4) world to the optical frame, x and y scaled to pixels at depth 1; cu, cv: the
-    principal point [pixel]. Writes view (n, 3): X, Y, z of that frame; where (n,) int32: see
-    clipping; u, v (n,) int32 [1 / PLACES pixel] and nearness (n,), for vertices that are INSIDE.
+    principal point [pixel]. Writes view (n, 3): X, Y, z of that frame; outcodes (n,) int32: see
+    clipping; u, v (n,) int32 [subpixel] and reversed_z (n,), greater where nearer (see
+    rasterizer), for vertices that are INSIDE.
     """
     m00, m01, m02, m03 = matrix[0, 0], matrix[0, 1], matrix[0, 2], matrix[0, 3]
     m10, m11, m12, m13 = matrix[1, 0], matrix[1, 1], matrix[1, 2], matrix[1, 3]
@@ -41,20 +42,20 @@ def project(vertices, matrix, cu, cv, near, is_perspective, view, u, v, nearness
         y = m10 * px + m11 * py + m12 * pz + m13
         z = m20 * px + m21 * py + m22 * pz + m23
         view[i, 0], view[i, 1], view[i, 2] = x, y, z
-        where[i] = whereabouts(x, y, z, near, is_perspective)
-        if where[i] == INSIDE:
-            u[i], v[i], nearness[i] = to_screen(x, y, z, cu, cv, is_perspective)
+        outcodes[i] = outcode(x, y, z, near, is_perspective)
+        if outcodes[i] == INSIDE:
+            u[i], v[i], reversed_z[i] = to_screen(x, y, z, cu, cv, is_perspective)
 
 
 @kernel
-def next_centre(place):
-    """Give the first pixel whose centre is not before `place` [1 / PLACES pixel]."""
-    return np.int32((place + (PLACES - 1)) >> PLACE_BITS)
+def next_centre(coordinate):
+    """Return the first pixel whose centre is not before a coordinate [subpixel]."""
+    return np.int32((coordinate + (SUBPIXELS - 1)) >> SUBPIXEL_BITS)
 
 
 @kernel
 def to_screen(x, y, z, cu, cv, is_perspective):
-    """Project a point: u, v, snapped [1 / PLACES pixel], and nearness."""
+    """Project a point: u, v, snapped [subpixel], and reversed Z."""
     near = 1.0 / z if is_perspective else -z
     scale = near if is_perspective else 1.0
     return _snap(cu + x * scale), _snap(cv + y * scale), near
@@ -62,4 +63,4 @@ def to_screen(x, y, z, cu, cv, is_perspective):
 
 @kernel
 def _snap(value):
-    return np.int32(np.floor(value * PLACES + 0.5))
+    return np.int32(np.floor(value * SUBPIXELS + 0.5))

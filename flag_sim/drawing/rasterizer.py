@@ -17,19 +17,19 @@ The rasterizer: triangles to pixels.
 
 A pixel belongs to a triangle if its centre does; a centre on an edge belongs to the triangle on
 one side alone (the top-left rule), so triangles that share an edge leave neither gaps nor doubles.
-Hidden surfaces are removed by a Z-buffer of float32 "nearness", where greater is nearer, of a
-measure that is affine on the screen: 1 / z in perspective, cleared to 0, and -z in orthographic
-projection, cleared to -inf. Both are exact for planes. In painter's algorithm later triangles
+Hidden surfaces are removed by a Z-buffer of float32 in reversed Z, where greater is nearer, which
+is affine on the screen: 1 / z in perspective, cleared to 0, and -z in orthographic projection,
+cleared to -inf. Both are exact for planes. In painter's algorithm later triangles
 cover earlier ones instead. Narrow triangles are drawn in groups (see blocks), others one by one,
 row by row; both cover the same pixels.
 """
 from flag_sim.drawing.blocks import (
-    draw_narrow, EDGE_FIELDS, GROUP, PLACE_FIELDS, PLANE_FIELDS, VALUE_FIELDS)
+    draw_narrow, EDGE_FIELDS, GROUP, PLANE_FIELDS, POSITION_FIELDS, VALUE_FIELDS)
 from flag_sim.drawing.clipping import clip, INSIDE, MOST_CORNERS
 from flag_sim.drawing.culling import ALONE, NARROW
 from flag_sim.drawing.outline import draw_outline
-from flag_sim.drawing.projection import PLACES, to_screen
-from flag_sim.drawing.spans import empty, span_correct, span_linear
+from flag_sim.drawing.projection import SUBPIXELS, to_screen
+from flag_sim.drawing.spans import empty, span_linear, span_perspective_correct
 from flag_sim.drawing.tiles import TILE
 from flag_sim.kernels import kernel
 
@@ -39,22 +39,22 @@ SLACK = 2.0 ** -33
 
 
 @kernel
-def fill(triangles, numbers, count, kinds, closed, view, u, v, nearness, where, colours,
-         is_flat, cu, cv, near, is_perspective, is_correct, is_painted, is_outlined,
+def fill(triangles, numbers, count, kinds, closed, view, u, v, reversed_z, outcodes, colours,
+         is_flat, cu, cv, near, is_perspective, is_perspective_correct, is_painter, is_outlined,
          shift_u, shift_v, marks, top, end, width, stride, depths, words):
     """
     Draw those of triangles (m, 3) that numbers[:count] tells into rows top .. end - 1.
 
-    kinds: from cull; closed: from this triangle on backs are not drawn; view, u, v, nearness,
-    where: from project; colours: (n, 2, 3) of both sides, 0..255, at vertices, or (m, 2, 3) of
-    triangles if is_flat; is_correct: interpolate colours perspective-correctly, else linearly on
-    the screen; is_painted: cover what was drawn before, near or far; is_outlined: draw the edges
-    too; shift_u, shift_v: where in the pixel its sample lies, from the centre [1 / PLACES pixel];
+    kinds: from cull; closed: from this triangle on backs are not drawn; view, u, v, reversed_z,
+    outcodes: from project; colours: (n, 2, 3) of both sides, 0..255, at vertices, or (m, 2, 3) of
+    triangles if is_flat; is_perspective_correct: how colours are interpolated, else linearly on
+    the screen; is_painter: cover what was drawn before, near or far; is_outlined: draw the edges
+    too; shift_u, shift_v: where in the pixel its sample lies, from the centre [subpixel];
     marks: tiles from row `top` on that are wanted (see tiles), all if it has none; depths, words:
-    nearness float32 and colours uint32 of the rows, `stride` pixels each, a multiple of LANES.
-    No triangle may have a vertex NOWHERE.
+    reversed Z float32 and colours uint32 of the rows, `stride` pixels each, a multiple of LANES.
+    No triangle may have an INVALID vertex.
     """
-    places, values = np.empty(PLACE_FIELDS * GROUP, np.int32), np.empty(VALUE_FIELDS * GROUP)
+    positions, values = np.empty(POSITION_FIELDS * GROUP, np.int32), np.empty(VALUE_FIELDS * GROUP)
     edges = np.empty(EDGE_FIELDS * GROUP, np.int32)
     group_planes = np.empty(PLANE_FIELDS * GROUP, np.float32)
     shape, planes = np.empty((2, MOST_CORNERS + 1, 6)), np.empty((3, 4))
@@ -64,35 +64,37 @@ def fill(triangles, numbers, count, kinds, closed, view, u, v, nearness, where, 
         if kind != ALONE and not is_outlined:
             while k < count and k - first < GROUP and kinds[numbers[k]] == kind:
                 k += np.uint64(1)
-            draw_narrow(triangles, numbers, first, k - first, closed, u, v, nearness, colours,
-                        is_flat, is_correct, is_painted, kind == NARROW, shift_u, shift_v, top,
-                        end, width, stride, places, values, edges, group_planes, depths, words)
+            draw_narrow(triangles, numbers, first, k - first, closed, u, v, reversed_z, colours,
+                        is_flat, is_perspective_correct, is_painter, kind == NARROW, shift_u,
+                        shift_v, top, end, width, stride, positions, values, edges, group_planes,
+                        depths, words)
             continue
         t = np.uint64(numbers[k])
         k += np.uint64(1)
-        corners = _shape(triangles, t, closed, view, u, v, nearness, where, colours, is_flat,
+        corners = _shape(triangles, t, closed, view, u, v, reversed_z, outcodes, colours, is_flat,
                          cu, cv, near, is_perspective, shape)
         for corner in range(corners):
-            shape[1, corner, 0] -= shift_u / PLACES
-            shape[1, corner, 1] -= shift_v / PLACES
-            if is_correct:
-                # Perspective-correct colours are interpolated multiplied by nearness.
+            shape[1, corner, 0] -= shift_u / SUBPIXELS
+            shape[1, corner, 1] -= shift_v / SUBPIXELS
+            if is_perspective_correct:
+                # Perspective-correct colours are interpolated multiplied by 1 / z.
                 for axis in range(3, 6):
                     shape[1, corner, axis] *= shape[1, corner, 2]
         for corner in range(2, corners):
             fill_triangle(shape, np.uint64(0), np.uint64(corner - 1), np.uint64(corner), planes,
-                          is_correct, is_painted, marks, top, end, width, stride, depths, words)
+                          is_perspective_correct, is_painter, marks, top, end, width, stride,
+                          depths, words)
         if is_outlined:
-            draw_outline(shape, corners, is_correct, is_painted, marks, top, end, width, stride,
-                         depths, words)
+            draw_outline(shape, corners, is_perspective_correct, is_painter, marks, top, end,
+                         width, stride, depths, words)
 
 
 @kernel
-def _shape(triangles, t, closed, view, u, v, nearness, where, colours, is_flat, cu, cv, near,
+def _shape(triangles, t, closed, view, u, v, reversed_z, outcodes, colours, is_flat, cu, cv, near,
            is_perspective, shape):
-    """Put what is seen of a triangle in shape[1]: u, v, nearness, colours; count its corners."""
+    """Put what is seen of a triangle in shape[1]: u, v, reversed Z, colours; count its corners."""
     a, b, c = np.uint64(triangles[t, 0]), np.uint64(triangles[t, 1]), np.uint64(triangles[t, 2])
-    is_whole = (where[a] | where[b] | where[c]) == INSIDE
+    is_whole = (outcodes[a] | outcodes[b] | outcodes[c]) == INSIDE
     if is_whole:
         side = _side(float(u[a]), float(v[a]), float(u[b]), float(v[b]), float(u[c]), float(v[c]))
     else:
@@ -102,8 +104,8 @@ def _shape(triangles, t, closed, view, u, v, nearness, where, colours, is_flat, 
     for k in range(3):
         vertex = np.uint64(triangles[t, k])
         matter = t if is_flat else vertex
-        shape[1, k, 0], shape[1, k, 1] = u[vertex] / PLACES, v[vertex] / PLACES
-        shape[1, k, 2] = nearness[vertex]
+        shape[1, k, 0], shape[1, k, 1] = u[vertex] / SUBPIXELS, v[vertex] / SUBPIXELS
+        shape[1, k, 2] = reversed_z[vertex]
         for axis in range(3):
             shape[0, k, axis] = view[vertex, axis]
             shape[0, k, 3 + axis] = shape[1, k, 3 + axis] = colours[matter, side, axis]
@@ -111,17 +113,17 @@ def _shape(triangles, t, closed, view, u, v, nearness, where, colours, is_flat, 
         return 3
     corners = clip(shape, near, is_perspective)
     for k in range(corners):
-        place_u, place_v, shape[1, k, 2] = to_screen(
+        sub_u, sub_v, shape[1, k, 2] = to_screen(
             shape[1, k, 0], shape[1, k, 1], shape[1, k, 2], cu, cv, is_perspective)
-        shape[1, k, 0], shape[1, k, 1] = place_u / PLACES, place_v / PLACES
+        shape[1, k, 0], shape[1, k, 1] = sub_u / SUBPIXELS, sub_v / SUBPIXELS
     return corners
 
 
 @kernel
-def fill_triangle(corners, a, b, c, planes, is_correct, is_painted, marks,
+def fill_triangle(corners, a, b, c, planes, is_perspective_correct, is_painter, marks,
                   top, bottom, width, stride, depths, words):
     """
-    Draw a triangle of corners[1], (n, 6): u, v, nearness, red, green, blue.
+    Draw a triangle of corners[1], (n, 6): u, v, reversed Z, red, green, blue.
 
     planes: (3, 4), for the work in between.
     """
@@ -176,12 +178,12 @@ def fill_triangle(corners, a, b, c, planes, is_correct, is_painted, marks,
                 r, dr = _at(planes, 1, du, dv)
                 g, dg = _at(planes, 2, du, dv)
                 b_, db = _at(planes, 3, du, dv)
-                if is_painted:
+                if is_painter:
                     # What is emptied first is covered; a test in the span would slow it down.
                     empty(depths, first, count)
-                if is_correct:
-                    span_correct(words, depths, first, count,
-                                 s, ds, r, dr, g, dg, b_, db)
+                if is_perspective_correct:
+                    span_perspective_correct(words, depths, first, count,
+                                             s, ds, r, dr, g, dg, b_, db)
                 else:
                     span_linear(words, depths, first, count,
                                 s, ds, r, dr, g, dg, b_, db)
@@ -191,14 +193,14 @@ def fill_triangle(corners, a, b, c, planes, is_correct, is_painted, marks,
 
 @kernel
 def _at(planes, q, du, dv):
-    """Give a plane's value, and its slope along the row."""
+    """Return a plane's value, and its slope along the row."""
     return (np.float32(planes[0, q] + planes[1, q] * du + planes[2, q] * dv),
             np.float32(planes[1, q]))
 
 
 @kernel
 def _side(au, av, bu, bv, cu, cv):
-    """Say which side a triangle shows: 0 front (counterclockwise), 1 back, -1 its edge."""
+    """Return which side a triangle shows: 0 front (counterclockwise), 1 back, -1 its edge."""
     area = (bu - au) * (cv - av) - (cu - au) * (bv - av)
     # v points down, which turns the sign.
     return 0 if area < 0.0 else 1 if area > 0.0 else -1
@@ -206,7 +208,7 @@ def _side(au, av, bu, bv, cu, cv):
 
 @kernel
 def _side_of_view(view, a, b, c, is_perspective):
-    """Say the same from the points in space: perspective asks where the eye is."""
+    """Return the same from the points in space: perspective asks where the eye is."""
     px, py, pz = view[b, 0] - view[a, 0], view[b, 1] - view[a, 1], view[b, 2] - view[a, 2]
     qx, qy, qz = view[c, 0] - view[a, 0], view[c, 1] - view[a, 1], view[c, 2] - view[a, 2]
     toward = px * qy - py * qx

@@ -63,7 +63,7 @@ class Scene:
 
     def segments(self, camera):
         """
-        Say in how many chords to cut a circle for `camera`: a multiple of four.
+        Return in how many chords to cut a circle for `camera`: a multiple of four.
 
         The dome's circle, the widest, is measured where the pole is nearest to the camera.
         """
@@ -108,7 +108,7 @@ def platform_mesh(scene, segments):
 
 
 def _circle(segments):
-    """Give the corners of a regular polygon of radius 1: (segments, 2)."""
+    """Return the corners of a regular polygon of radius 1: (segments, 2)."""
     angles = 2.0 * math.pi / segments * np.arange(segments)
     return np.column_stack([np.cos(angles), np.sin(angles)])
 

@@ -29,41 +29,41 @@ WHOLE = np.uint64(2 ** 64 - LANES)
 
 
 @kernel
-def span_linear(words, nearness, first, count, s, ds, r, dr, g, dg, b, db):
+def span_linear(words, depths, first, count, s, ds, r, dr, g, dg, b, db):
     """
     Draw pixels first .. first + count - 1 where they are nearer than what is there.
 
-    words: packed colours uint32, red lowest; nearness: float32, greater is nearer; s, r, g, b:
-    nearness and colour at the first pixel, ds, dr, dg, db: their change a pixel, all float32.
+    words: packed colours uint32, red lowest; depths: reversed Z float32; s, r, g, b: reversed Z
+    and colour at the first pixel, ds, dr, dg, db: their change a pixel, all float32.
     """
     end = np.float32(np.int32(count))
     for j in range((count + np.uint64(LANES - 1)) & WHOLE):
         i = np.float32(np.int32(j))
         here = s + ds * i
-        if i < end and here > nearness[first + j]:
-            nearness[first + j] = here
+        if i < end and here > depths[first + j]:
+            depths[first + j] = here
             words[first + j] = pack(r + dr * i, g + dg * i, b + db * i)
 
 
 @kernel
-def span_correct(words, nearness, first, count, s, ds, r, dr, g, dg, b, db):
-    """Draw as span_linear, but colours come times nearness, 1 / depth (Heckbert, 1989)."""
+def span_perspective_correct(words, depths, first, count, s, ds, r, dr, g, dg, b, db):
+    """Draw as span_linear, but colours come times reversed Z, 1 / depth (Heckbert, 1989)."""
     end = np.float32(np.int32(count))
     for j in range((count + np.uint64(LANES - 1)) & WHOLE):
         i = np.float32(np.int32(j))
         here = s + ds * i
-        if i < end and here > nearness[first + j]:
-            nearness[first + j] = here
+        if i < end and here > depths[first + j]:
+            depths[first + j] = here
             depth = np.float32(1.0) / here
             words[first + j] = pack(
                 (r + dr * i) * depth, (g + dg * i) * depth, (b + db * i) * depth)
 
 
 @kernel
-def empty(nearness, first, count):
+def empty(depths, first, count):
     """Take away what covers pixels first .. first + count - 1: then any span is nearer."""
     for j in range(count):
-        nearness[first + j] = -np.inf
+        depths[first + j] = -np.inf
 
 
 @kernel

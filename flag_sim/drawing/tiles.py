@@ -22,7 +22,7 @@ centre's is the average. What is so thin that it slips between all pixel centres
 its rim is not found, and stays as it is with one sample.
 """
 from flag_sim.drawing.clipping import INSIDE
-from flag_sim.drawing.projection import PLACE_BITS, PLACES
+from flag_sim.drawing.projection import SUBPIXEL_BITS, SUBPIXELS
 from flag_sim.kernels import kernel
 
 import numpy as np
@@ -33,10 +33,10 @@ TILE = 8
 CONTRAST = 6
 
 
-def _about_the_centre(*places):
-    """Give the centre, `places` [1 / PLACES pixel] and their mirror images: (n, 2) [pixel]."""
-    half = np.array(places).reshape(-1, 2)
-    points = np.concatenate([np.zeros((1, 2)), half, -half]) / PLACES
+def _about_the_centre(*offsets):
+    """Return the centre, `offsets` [subpixel] and their mirror images: (n, 2) [pixel]."""
+    half = np.array(offsets).reshape(-1, 2)
+    points = np.concatenate([np.zeros((1, 2)), half, -half]) / SUBPIXELS
     points.flags.writeable = False
     return points
 
@@ -85,7 +85,7 @@ def mark_edges(words, begin, end, width, height, stride, worst, marks):
 
 
 @kernel
-def touching(triangles, numbers, count, u, v, where, marks, begin, end, width, found):
+def touching(triangles, numbers, count, u, v, outcodes, marks, begin, end, width, found):
     """
     Collect in `found` those of numbers[:count] that can touch a marked tile; count them.
 
@@ -95,13 +95,13 @@ def touching(triangles, numbers, count, u, v, where, marks, begin, end, width, f
     for k in range(count):
         t = numbers[k]
         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-        is_found = (where[a] | where[b] | where[c]) != INSIDE
+        is_found = (outcodes[a] | outcodes[b] | outcodes[c]) != INSIDE
         if not is_found:
             # Samples lie within half a pixel of the centre, and outlines half a pixel farther.
-            left = max((min(u[a], u[b], u[c]) >> PLACE_BITS) - 1, 0)
-            right = min((max(u[a], u[b], u[c]) >> PLACE_BITS) + 2, width - 1)
-            top = max((min(v[a], v[b], v[c]) >> PLACE_BITS) - 1, begin)
-            bottom = min((max(v[a], v[b], v[c]) >> PLACE_BITS) + 2, end - 1)
+            left = max((min(u[a], u[b], u[c]) >> SUBPIXEL_BITS) - 1, 0)
+            right = min((max(u[a], u[b], u[c]) >> SUBPIXEL_BITS) + 2, width - 1)
+            top = max((min(v[a], v[b], v[c]) >> SUBPIXEL_BITS) - 1, begin)
+            bottom = min((max(v[a], v[b], v[c]) >> SUBPIXEL_BITS) + 2, end - 1)
             if left <= right and top <= bottom:
                 for row in range((top - begin) // TILE, (bottom - begin) // TILE + 1):
                     for tile in range(left // TILE, right // TILE + 1):
@@ -112,7 +112,7 @@ def touching(triangles, numbers, count, u, v, where, marks, begin, end, width, f
 
 
 @kernel
-def clear_marked(marks, rows, stride, word, farthest, centres, words, depths, sums):
+def clear_marked(marks, rows, stride, clear_colour, clear_depth, centres, words, depths, sums):
     """
     Empty the marked tiles of `rows` rows, and begin the sums with the colours at the centres.
 
@@ -123,14 +123,14 @@ def clear_marked(marks, rows, stride, word, farthest, centres, words, depths, su
             if marks[row // TILE, tile]:
                 first = np.uint64(row * stride + tile * TILE)
                 for i in range(first, first + np.uint64(TILE)):
-                    words[i] = word
-                    depths[i] = farthest
+                    words[i] = clear_colour
+                    depths[i] = clear_depth
                     sums[0, i] = centres[i] & np.uint32(0xff00ff)
                     sums[1, i] = centres[i] >> np.uint32(8) & np.uint32(0xff)
 
 
 @kernel
-def add_sample(marks, rows, stride, word, farthest, words, depths, sums):
+def add_sample(marks, rows, stride, clear_colour, clear_depth, words, depths, sums):
     """Add a sample's colours to the sums and empty its tiles for the next."""
     for row in range(rows):
         for tile in range(marks.shape[1]):
@@ -139,8 +139,8 @@ def add_sample(marks, rows, stride, word, farthest, words, depths, sums):
                 for i in range(first, first + np.uint64(TILE)):
                     sums[0, i] += words[i] & np.uint32(0xff00ff)
                     sums[1, i] += words[i] >> np.uint32(8) & np.uint32(0xff)
-                    words[i] = word
-                    depths[i] = farthest
+                    words[i] = clear_colour
+                    depths[i] = clear_depth
 
 
 @kernel
@@ -160,11 +160,11 @@ def resolve(marks, rows, stride, samples, sums, words):
 
 @kernel
 def _differs(one, other):
-    """Give a word that is not 0 where two colours differ by more than CONTRAST in a channel."""
+    """Return a word that is not 0 where two colours differ by more than CONTRAST in a channel."""
     found = np.uint32(0)
-    for place in (np.uint32(0), np.uint32(8), np.uint32(16)):
-        p = one >> place & np.uint32(0xff)
-        q = other >> place & np.uint32(0xff)
+    for bits in (np.uint32(0), np.uint32(8), np.uint32(16)):
+        p = one >> bits & np.uint32(0xff)
+        q = other >> bits & np.uint32(0xff)
         # In unsigned arithmetic what is below -CONTRAST is large, like what is above it.
         found |= np.uint32(p - q + np.uint32(CONTRAST) > np.uint32(2 * CONTRAST))
     return found

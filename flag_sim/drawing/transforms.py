@@ -15,8 +15,11 @@
 """
 Affine maps as 4x4 matrices for column vectors: the source's equations 2.1 to 2.5.
 
-Maps compose by ``@``, the one applied first standing rightmost: ``turn_z(a) @ shift(d)`` shifts,
-then turns. Angles are in radians and turn right-handed: seen against the axis, counterclockwise.
+Its words for them: shift, scale about a point, turn about the axes.
+
+Maps compose by ``@``, the one applied first standing rightmost: ``rotate_z(a) @ translate(d)``
+moves, then turns. Angles are in radians and turn right-handed: seen against the axis,
+counterclockwise.
 """
 import math
 
@@ -25,8 +28,8 @@ import numpy as np
 ORIGIN = (0.0, 0.0, 0.0)
 
 
-def shift(offset):
-    """Move by `offset` (3,) [m] (2.1)."""
+def translate(offset):
+    """Shift by `offset` (3,) [m] (2.1)."""
     matrix = np.eye(4)
     matrix[:3, 3] = offset
     return matrix
@@ -37,19 +40,19 @@ def scale(factors, centre=ORIGIN):
     return _about(centre, np.diag([*factors, 1.0]))
 
 
-def turn_x(angle, centre=ORIGIN):
+def rotate_x(angle, centre=ORIGIN):
     """Turn by `angle` [rad] about the line along X through `centre` (3,) [m] (2.3)."""
-    return _about(centre, _turn(angle, 1, 2))
+    return _about(centre, _rotate(angle, 1, 2))
 
 
-def turn_y(angle, centre=ORIGIN):
+def rotate_y(angle, centre=ORIGIN):
     """Turn by `angle` [rad] about the line along Y through `centre` (3,) [m] (2.4)."""
-    return _about(centre, _turn(angle, 2, 0))
+    return _about(centre, _rotate(angle, 2, 0))
 
 
-def turn_z(angle, centre=ORIGIN):
+def rotate_z(angle, centre=ORIGIN):
     """Turn by `angle` [rad] about the line along Z through `centre` (3,) [m] (2.5)."""
-    return _about(centre, _turn(angle, 0, 1))
+    return _about(centre, _rotate(angle, 0, 1))
 
 
 def apply(matrix, points):
@@ -57,7 +60,7 @@ def apply(matrix, points):
     return np.asarray(points) @ matrix[:3, :3].T + matrix[:3, 3]
 
 
-def _turn(angle, first, second):
+def _rotate(angle, first, second):
     """Turn the axis numbered `first` towards the axis numbered `second`."""
     matrix = np.eye(4)
     matrix[first, first] = matrix[second, second] = math.cos(angle)
@@ -68,4 +71,4 @@ def _turn(angle, first, second):
 
 def _about(centre, matrix):
     """Apply `matrix` with `centre` in the part of the origin."""
-    return shift(centre) @ matrix @ shift(np.negative(centre))
+    return translate(centre) @ matrix @ translate(np.negative(centre))

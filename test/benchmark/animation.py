@@ -63,7 +63,7 @@ def animation():
 
 
 def is_number(track):
-    """Say whether a track can be made of a parameter, and interpolates."""
+    """Return whether a track can be made of a parameter, and interpolates."""
     try:
         return keys.target_dial(track).low is not None
     except ValueError:

@@ -30,7 +30,7 @@ os.environ['LP_NUM_THREADS'] = '0'  # llvmpipe draws in the calling thread; read
 
 from flag_sim.drawing import Camera, Light, Picture, Scene, Style  # noqa: E402
 from flag_sim.drawing.assembly import Assembly  # noqa: E402
-from flag_sim.drawing.bands import BAND, clear, Desk  # noqa: E402
+from flag_sim.drawing.bands import BAND, Buffers, clear  # noqa: E402
 from flag_sim.drawing.canvas import Canvas, write_rgb  # noqa: E402
 from flag_sim.drawing.spans import span_linear  # noqa: E402
 
@@ -125,8 +125,9 @@ def floor(flag, normals):
     drawn = np.isfinite(picture.depth())
     columns = drawn.any(axis=0)
     first, last = int(np.argmax(columns)), CAMERA.width - int(np.argmax(columns[::-1]))
-    canvas, desk = Canvas(CAMERA.width, CAMERA.height, 1, 0, 0.0), Desk(CAMERA.width, 0, False)
-    words, depths = desk.arrays[:2]
+    canvas = Canvas(CAMERA.width, CAMERA.height, 1, 0, 0.0)
+    buffers = Buffers(CAMERA.width, 0, False)
+    words, depths = buffers.arrays[:2]
     ramp = np.float32([0.1, 1e-9, 200, 1e-6, 40, 1e-6, 40, 1e-6])
     bands = [(top, np.uint64(drawn[top:top + BAND].sum()))
              for top in range(0, CAMERA.height, BAND) if drawn[top:top + BAND].any()]
@@ -134,9 +135,9 @@ def floor(flag, normals):
     def draw(points, normals):
         for top, count in bands:
             rows = min(BAND, CAMERA.height - top)
-            clear(words, depths, np.uint32(0), np.float32(0.0), first, last, rows, desk.stride)
+            clear(words, depths, np.uint32(0), np.float32(0.0), first, last, rows, buffers.stride)
             span_linear(words, depths, np.uint64(0), count, *ramp)
-            write_rgb(words, top, rows, first, last, CAMERA.width, desk.stride,
+            write_rgb(words, top, rows, first, last, CAMERA.width, buffers.stride,
                       canvas.byte_array, canvas.word_array)
 
     return draw
@@ -170,7 +171,7 @@ def against_peers(rounds):
 
 
 def verdict(is_reached):
-    """Say whether a target is reached."""
+    """Return whether a target is reached."""
     return 'reached' if is_reached else 'MISSED'
 
 

@@ -39,7 +39,7 @@ class Shot(NamedTuple):
     assembly: Assembly
 
     def of_points(self, attribute):
-        """Give colours (n, 3), one for each point."""
+        """Return colours (n, 3), one for each point."""
         colours = np.empty((len(self.assembly.points), 3))
         for name, (points, _) in self.assembly.parts.items():
             colours[points] = getattr(Materials(), name).color
