@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Threads that share the work of a frame."""
+"""A thread pool that shares the work of a frame."""
 from concurrent.futures import ThreadPoolExecutor
 import os
 import threading
@@ -30,7 +30,7 @@ WORTH = 0.1
 
 class Crew:
     """
-    Runs work(band, bands) for all bands at once, one thread a band.
+    A thread pool that runs work(band, bands) for all bands at once, one thread a band.
 
     threads: how many; 0 chooses by a measurement: the first frames are done by 1, 2, 4, ...
     threads in turn, up to the processors of this process, and the best number stays. It is chosen

@@ -32,13 +32,13 @@ def rounding(mesh, units=500):
 
 @pytest.fixture(params=PRECISIONS)
 def precision(request):
-    """Give the precisions that a cloth may have."""
+    """Return the precisions that a cloth may have."""
     return request.param
 
 
 @pytest.fixture(params=[(5, 7), (2, 2), (2, 5), (4, 2), (9, 6)], ids=str)
 def mesh(request, precision):
-    """Give grids of all shapes, some with oblong cells, free of pins."""
+    """Return grids of all shapes, some with oblong cells, free of pins."""
     return Mesh(*request.param, 1.1, 0.9, pinned=False, precision=precision)
 
 

@@ -21,7 +21,7 @@ ROUNDS = crew.ROUNDS
 
 @pytest.fixture
 def clock(monkeypatch):
-    """Give a clock, as a list of one time, that is moved by hand, and four processors."""
+    """Return a clock, as a list of one time, that is moved by hand, and four processors."""
     now = [0.0]
     monkeypatch.setattr(crew.os, 'sched_getaffinity', lambda process: range(4))
     monkeypatch.setattr(crew.time, 'perf_counter', lambda: now[0])

@@ -37,7 +37,7 @@ def broken_bound(state):
 
 def advice(name, step, safety, omega, gamma, air):
     """
-    Say which step would have been stable, instead of one of step [s] with the solver so named.
+    Return which step would have been stable, instead of one of step [s] with the solver so named.
 
     safety: the part of the largest stable step that is used. omega, gamma: bounds of frequencies
     and damping rates [1/s] (see stability). air: what the wind acts by.
@@ -56,7 +56,7 @@ def advice(name, step, safety, omega, gamma, air):
 
 @kernel
 def _within(values, limit):
-    """Tell whether all values of a flat array are finite and at most limit in size."""
+    """Return whether all values of a flat array are finite and at most limit in size."""
     outside = 0.0
     for i in range(values.size):
         # A NaN compares false, and so counts as outside.

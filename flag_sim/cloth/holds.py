@@ -12,7 +12,12 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What no node may do, whatever the forces: leave its place on the pole, or enter the pole."""
+"""
+Position constraints: long range attachments to the hoist, and collision with the pole.
+
+What no node may do, whatever the forces: get farther from the hoist than the cloth reaches, or
+enter the pole. A node that does is projected back, and loses the velocity that took it there.
+"""
 import math
 
 from flag_sim.kernels import kernel

@@ -17,8 +17,8 @@ Bending for position-based dynamics: all curvatures of a line are met at once, b
 
 Met one after the other, stiff curvatures give way to their neighbours, and the sheet is the limper
 the finer its grid is. Bending is quadratic in the positions: curvatures D x of constants s = h^2 b
-end a step at x - W D^T p, W the inverse masses, with the multipliers p [kg m] (Macklin, Mueller,
-Chentanez, XPBD, 2016, (18), times s) of
+end a step at x - W D^T p, W the inverse masses, with the Lagrange multipliers p [kg m] (Macklin,
+Mueller, Chentanez, XPBD, 2016, (18), times s) of
 
     (1 + s D W D^T) p = s D x.
 
@@ -62,7 +62,7 @@ class Plate(NamedTuple):
     twist_down: tuple    # of 1 + r C
     share_across: np.ndarray  # the inverse mass of a node is the product of these [kg^-1/2]
     share_down: np.ndarray
-    pulls: tuple         # x, y, z of the multipliers [kg m]
+    multipliers: tuple   # x, y, z of the multipliers [kg m]
     most: float          # greatest constant s that the fields' precision carries [kg]
 
     @classmethod
@@ -137,11 +137,11 @@ def factor_plate(inverse_mass, weights, bend, dt, plate, span):
 
 
 @kernel
-def _meet_curvatures(position, inverse_mass, weight, stiffness, back, factors, pulls, span):
+def _meet_curvatures(position, inverse_mass, weight, stiffness, back, factors, multipliers, span):
     """Meet the curvatures of lines, nodes of which lie `back` apart."""
     inverse, below, second = factors
     x, y, z = position
-    px, py, pz = pulls
+    px, py, pz = multipliers
     none = type(stiffness)(0.0)
     first, last, _ = span
     for i in range(first, last):
@@ -162,24 +162,24 @@ def _meet_curvatures(position, inverse_mass, weight, stiffness, back, factors, p
             px[i] = c * px[i] - b * px[k] - a * px[j]
             py[i] = c * py[i] - b * py[k] - a * py[j]
             pz[i] = c * pz[i] - b * pz[k] - a * pz[j]
-    _move(position, inverse_mass, back, pulls, span)
+    _move(position, inverse_mass, back, multipliers, span)
 
 
 @wide_kernel
-def _move(position, inverse_mass, back, pulls, span):
+def _move(position, inverse_mass, back, multipliers, span):
     """Move each node by the three curvatures of a line that it has a part in."""
     first, last, _ = span
     for axis in range(3):
-        x, p = position[axis], pulls[axis]
+        x, p = position[axis], multipliers[axis]
         for i in range(first, last):
             x[i] -= inverse_mass[i] * ((p[i + back] - p[i]) - (p[i] - p[i - back]))
 
 
 @kernel
-def _solve_twists(factors, back, pulls, span):
+def _solve_twists(factors, back, multipliers, span):
     """Solve L P L^T p' = p in place, for lines with cells `back` apart."""
     inverse, below = factors
-    px, py, pz = pulls
+    px, py, pz = multipliers
     first, last, _ = span
     for i in range(first, last):
         j, a = i - back, below[i]
@@ -195,22 +195,22 @@ def _solve_twists(factors, back, pulls, span):
 
 
 @wide_kernel
-def _set_twists(position, weight, stiffness, pulls, span):
+def _set_twists(position, weight, stiffness, multipliers, span):
     """Set the multipliers [kg m] that the twists would have if nothing gave way."""
     first, last, stride = span
     for axis in range(3):
-        x, p = position[axis], pulls[axis]
+        x, p = position[axis], multipliers[axis]
         for i in range(first, last):
             e, s, d = i + ONE, i + stride, i + stride + ONE
             p[i] = stiffness * weight[i] * ((x[i] - x[e]) - (x[s] - x[d]))
 
 
 @wide_kernel
-def _move_twisted(position, inverse_mass, pulls, span):
+def _move_twisted(position, inverse_mass, multipliers, span):
     """Move each node by the twists of the four cells that meet in it."""
     first, last, stride = span
     for axis in range(3):
-        x, p = position[axis], pulls[axis]
+        x, p = position[axis], multipliers[axis]
         for i in range(first, last):
             w, n = i - ONE, i - stride
             x[i] -= inverse_mass[i] * ((p[i] - p[w]) - (p[n] - p[n - ONE]))
@@ -219,10 +219,10 @@ def _move_twisted(position, inverse_mass, pulls, span):
 @kernel
 def _meet_twists(position, inverse_mass, weight, stiffness, plate, span):
     """Meet the twists of all cells."""
-    _set_twists(position, weight, stiffness, plate.pulls, span)
-    _solve_twists(plate.twist_across, ONE, plate.pulls, span)
-    _solve_twists(plate.twist_down, span[2], plate.pulls, span)
-    _move_twisted(position, inverse_mass, plate.pulls, span)
+    _set_twists(position, weight, stiffness, plate.multipliers, span)
+    _solve_twists(plate.twist_across, ONE, plate.multipliers, span)
+    _solve_twists(plate.twist_down, span[2], plate.multipliers, span)
+    _move_twisted(position, inverse_mass, plate.multipliers, span)
 
 
 @kernel
@@ -231,6 +231,6 @@ def meet_plate(position, inverse_mass, weights, bend, dt, plate, span):
     across, down, twist = _constants(bend, dt, plate)
     _meet_twists(position, inverse_mass, weights.cell, twist, plate, span)
     _meet_curvatures(position, inverse_mass, weights.bend_down, down, span[2], plate.down,
-                     plate.pulls, span)
+                     plate.multipliers, span)
     _meet_curvatures(position, inverse_mass, weights.bend_across, across, ONE, plate.across,
-                     plate.pulls, span)
+                     plate.multipliers, span)

@@ -41,10 +41,10 @@ def _predict(position, velocity, force, inverse_mass, position_out, dt, keep, sp
 
 @kernel
 def _set_lines(before, position, weight, stiff, damp, rest, tail, head, lines, span):
-    """Set each spring's direction, and how it would pull [kg m] if nothing gave way."""
+    """Set each spring's direction, and its multiplier [kg m] if nothing gave way."""
     x, y, z = position
     bx, by, bz = before
-    nx, ny, nz, pull, _ = lines
+    nx, ny, nz, multiplier, _ = lines
     one, least = type(stiff)(1.0), type(stiff)(LEAST_LENGTH2)
     first, last, _ = span
     for i in range(first, last):
@@ -55,19 +55,20 @@ def _set_lines(before, position, weight, stiff, damp, rest, tail, head, lines, s
         dx, dy, dz = scale * dx, scale * dy, scale * dz
         nx[i], ny[i], nz[i] = dx, dy, dz
         grown = length - (dx * (bx[b] - bx[a]) + dy * (by[b] - by[a]) + dz * (bz[b] - bz[a]))
-        pull[i] = weight[i] * (stiff * (length - rest) + damp * grown)
+        multiplier[i] = weight[i] * (stiff * (length - rest) + damp * grown)
 
 
 @kernel
 def _solve_lines(inverse_mass, weight, stiffness, tail, head, back, lines, span):
     """
-    Find the pulls [kg m] of springs that give way to one another along their lines.
+    Find the Lagrange multipliers p [kg m] of springs that give way to one another in their lines.
 
     Two springs that follow each other meet in a node, so each line has a tridiagonal system,
-    p - s w c p_before + s (w + w') p - s w' c' p_after = pull, with the cosines c between them.
-    Gaussian elimination needs no pivots, as its diagonal outweighs the rest.
+    p - s w c p_before + s (w + w') p - s w' c' p_after = p_0, with the multipliers p_0 of springs
+    to which nothing gives way (see _set_lines), and the cosines c between neighbours. Gaussian
+    elimination needs no pivots, as its diagonal outweighs the rest.
     """
-    nx, ny, nz, pull, passed = lines
+    nx, ny, nz, multiplier, passed = lines
     one = type(stiffness)(1.0)
     first, last, _ = span
     for i in range(first, last):
@@ -77,25 +78,25 @@ def _solve_lines(inverse_mass, weight, stiffness, tail, head, back, lines, span)
         c = nx[i] * nx[j] + ny[i] * ny[j] + nz[i] * nz[j]
         behind = s * inverse_mass[i + tail]
         scale = one / (one + ahead + behind * (one - c * c * passed[j]))
-        pull[i] = scale * (pull[i] + behind * c * pull[j])
+        multiplier[i] = scale * (multiplier[i] + behind * c * multiplier[j])
         passed[i] = scale * ahead
     for n in range(last - first):
         i = last - ONE - n
         j = i + back
         c = nx[i] * nx[j] + ny[i] * ny[j] + nz[i] * nz[j]
-        pull[i] += passed[i] * c * pull[j]
+        multiplier[i] += passed[i] * c * multiplier[j]
 
 
 @kernel
 def _move_lines(position, inverse_mass, tail, head, lines, span):
-    """Move each node by the pulls of the two springs of a line that meet in it."""
-    pull = lines[3]
+    """Move each node by the multipliers of the two springs of a line that meet in it."""
+    multiplier = lines[3]
     first, last, _ = span
     for axis in range(3):
         x, n = position[axis], lines[axis]
         for i in range(first, last):
             a, b = i - tail, i - head
-            x[i] += inverse_mass[i] * (pull[a] * n[a] - pull[b] * n[b])
+            x[i] += inverse_mass[i] * (multiplier[a] * n[a] - multiplier[b] * n[b])
 
 
 @kernel
