@@ -35,7 +35,7 @@ test: $(READY)
 
 soak: $(READY)
 	@FLAG_SIM_EXTREMES=2000 FLAG_SIM_SOAK=1 .venv/bin/python -m pytest -rsP \
-	test/test_cloth_stability.py test/test_cloth_refinement.py test/test_cloth_statistics.py
+	test/test_cloth_extremes.py test/test_cloth_refinement.py test/test_cloth_statistics.py
 
 bench: $(READY)
 	@.venv/bin/python test/benchmark/pipeline.py
