@@ -16,7 +16,7 @@
 from pathlib import Path
 import re
 
-from flag_sim.nodes.dials import NODES
+from flag_sim.dials.catalogue import NODES
 from flag_sim.study import reference, search, tune
 from flag_sim.study.trial import Trials
 import pytest
