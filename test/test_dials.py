@@ -14,18 +14,21 @@
 
 """Dials: what is accepted, what is refused, and that all places agree on them."""
 import array
+import inspect
 
+from flag_sim.cloth import Cloth
 from flag_sim.cloth.material import Air, LAWS, Material
 from flag_sim.cloth.mesh import PRECISIONS
 from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.cloth.stability import Stepping
+from flag_sim.dials.catalogue import NODES
+from flag_sim.dials.dial import Dial
+from flag_sim.dials.settings import air_of, CLOTH, look_of, material_of, stepping_of
 from flag_sim.drawing.camera import Camera
 from flag_sim.drawing.light import Light
 from flag_sim.drawing.picture import Materials, Style
 from flag_sim.drawing.scene import Scene
-from flag_sim.nodes.dial import Dial
-from flag_sim.nodes.dials import NODES
-from flag_sim.settings import air_of, look_of, material_of, stepping_of
+from flag_sim.study.search import CHOSEN
 import pytest
 
 NUMBER = Dial('n', 1.0, 'a number', 'm', 0.0, 2.0)
@@ -94,5 +97,13 @@ def test_defaults_are_those_of_the_library():
     assert material_of(physics) == Material()
     assert air_of(physics) == Air()
     assert stepping_of(physics) == Stepping()
+    cloth = inspect.signature(Cloth).parameters
+    for dial, argument in CLOTH.items():
+        assert cloth[argument].default == physics[dial], dial
     renderer = {dial.name: dial.default for dial in NODES['renderer']}
     assert look_of(renderer) == (Camera(), Light(), Materials(), Scene(), Style())
+
+
+def test_what_tune_chooses_can_be_set():
+    """Every dial in a tuned file is one of the nodes'."""
+    assert set(CHOSEN) - {'rate'} <= {dial.name for dial in NODES['physics']}

@@ -15,7 +15,7 @@
 """An animation that is edited while it plays: what is taken, what is refused, what goes on."""
 import math
 
-from flag_sim.nodes.dials import WIND
+from flag_sim.dials.catalogue import WIND
 from flag_sim.nodes.graph import Graph
 from flag_sim.nodes.messages import read_parameters
 import numpy as np

@@ -16,8 +16,8 @@
 import importlib
 import inspect
 
+from flag_sim.dials.catalogue import NODES
 from flag_sim.nodes.delivery import check_delivery
-from flag_sim.nodes.dials import NODES
 from flag_sim.nodes.flight import Flight
 from flag_sim.nodes.frames import Tag
 import pytest

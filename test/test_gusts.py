@@ -20,7 +20,7 @@ from flag_sim.animation.gusts import Gusts
 from flag_sim.animation.timeline import Timeline
 from flag_sim.animation.tracks import Track
 from flag_sim.animation.wind import Passage, wind_vector
-from flag_sim.nodes.dials import NODES
+from flag_sim.dials.catalogue import NODES
 from flag_sim.nodes.weather import Weather
 import numpy as np
 import pytest

@@ -13,8 +13,8 @@
 # limitations under the License.
 
 """Tracks as parameters: what is read, what is refused, and how keys are put in."""
+from flag_sim.dials.catalogue import NODES
 from flag_sim.nodes import keys
-from flag_sim.nodes.dials import NODES
 from flag_sim.nodes.params_file import check_path, save_parameters
 import numpy as np
 import pytest

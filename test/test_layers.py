@@ -23,8 +23,8 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 LAYERS = ('animation', 'cloth', 'drawing')
-# What stands above them: settings makes cloths and looks for study and nodes.
-ABOVE = {'study': {'nodes'}, 'settings': {'nodes', 'study'}}
+# What stands above them: dials make cloths and looks for study and nodes.
+ABOVE = {'study': {'nodes'}, 'dials': {'nodes', 'study'}}
 MODULES = sorted(path for path in (ROOT / 'flag_sim').rglob('*.py') if path.parent.name != 'nodes')
 
 

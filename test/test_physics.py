@@ -73,7 +73,7 @@ def test_too_few_substeps_are_refined_and_told_once(run):
     assert 'substeps = 2 is not stable: the frame needs ' in said
     again, said = run.frame(substeps=2)
     assert 'substeps' not in said
-    assert 'frames get the steps that they are set to get again' in calm(run, substeps=900)
+    assert 'frames get the steps that substeps sets again' in calm(run, substeps=900)
     run.restart()
     run.frame()
     assert np.array_equal(run.frame()[0], refined)

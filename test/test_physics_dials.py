@@ -15,8 +15,8 @@
 """Random dials and frames for the physics node: it lives, and what it publishes is in bounds."""
 import math
 
+from flag_sim.dials.catalogue import PHYSICS, SCENE
 from flag_sim.nodes import messages
-from flag_sim.nodes.dials import PHYSICS, SCENE
 from hypothesis import given, HealthCheck, Phase, settings, strategies as st
 import numpy as np
 import pytest

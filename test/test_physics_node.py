@@ -19,8 +19,8 @@ import re
 import time
 
 from flag_sim.cloth import Cloth
+from flag_sim.dials.catalogue import PHYSICS, SCENE
 from flag_sim.nodes import messages
-from flag_sim.nodes.dials import PHYSICS, SCENE
 from flag_sim.nodes.frames import Tag
 from flag_sim.nodes.parameters import BadParameter
 from flag_sim.nodes.physics import Physics

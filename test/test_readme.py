@@ -18,7 +18,7 @@ import re
 import subprocess
 import sys
 
-from flag_sim.nodes.dials import NODES, SCENE
+from flag_sim.dials.catalogue import NODES, SCENE
 from flag_sim.nodes.keys import read_timeline
 from flag_sim.nodes.topics import TOPICS
 import pytest

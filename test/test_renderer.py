@@ -17,12 +17,12 @@ import itertools
 import math
 import time
 
+from flag_sim.dials.catalogue import RENDERER, SCENE
+from flag_sim.dials.settings import look_of
 from flag_sim.drawing import Picture
 from flag_sim.nodes import messages, renderer
-from flag_sim.nodes.dials import RENDERER, SCENE
 from flag_sim.nodes.parameters import to_parameter
 from flag_sim.nodes.topics import publish, subscribe
-from flag_sim.settings import look_of
 import numpy as np
 import pytest
 import rclpy

@@ -14,10 +14,10 @@
 
 """What dials make: each reaches the part of the library that it is named for, and no other."""
 from flag_sim.cloth import Air, Material, Stepping
+from flag_sim.dials.catalogue import NODES
+from flag_sim.dials.settings import cloth_of, hang_of, look_of
 from flag_sim.drawing import Camera, Light, Materials, Scene, Style
 from flag_sim.drawing import Material as Surface
-from flag_sim.nodes.dials import NODES
-from flag_sim.settings import cloth_of, hang_of, look_of
 import pytest
 
 RED = (205.0, 35.0, 40.0)

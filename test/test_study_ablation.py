@@ -19,7 +19,7 @@ from flag_sim.cloth import Air, Material
 from flag_sim.cloth.forces import Forcing
 from flag_sim.cloth.model import Model
 from flag_sim.cloth.state import State
-from flag_sim.settings import cloth_of
+from flag_sim.dials.settings import cloth_of
 from flag_sim.study import ablation, plots
 from flag_sim.study.pairs import Pairs
 from flag_sim.study.settings import defaults

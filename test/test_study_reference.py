@@ -12,13 +12,11 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Settings are the nodes' dials, and references what they are said to be."""
+"""References are what they are said to be."""
 from flag_sim.cloth.model import Model
-from flag_sim.nodes.dials import NODES
-from flag_sim.settings import cloth_of
+from flag_sim.dials.settings import cloth_of
 from flag_sim.study import reference, settings
 from flag_sim.study.reference import nested, on_grid, Reference
-from flag_sim.study.search import CHOSEN
 from flag_sim.study.trial import Trials
 import numpy as np
 import pytest
@@ -38,16 +36,6 @@ def soon(monkeypatch):
     """Let windows come soon after the flag is laid out."""
     for name, value in (('SPIN_UP', 0.2), ('SPACING', 0.1), ('LEAD', 1.0 / 30.0)):
         monkeypatch.setattr(reference, name, value)
-
-
-def test_settings_are_the_dials():
-    """Each has the name and the default of a dial of its node."""
-    for node, values in settings.DEFAULTS.items():
-        dials = {dial.name: dial.default for dial in NODES[node]}
-        for name, value in values.items():
-            dial = dials[{'drawing.threads': 'threads'}.get(name, name)]
-            assert (tuple(dial) if isinstance(dial, list) else dial) == value, name
-    assert set(CHOSEN) - {'rate'} <= {dial.name for dial in NODES['physics']}
 
 
 def test_an_unknown_dial_is_refused():

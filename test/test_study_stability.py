@@ -18,7 +18,7 @@ import math
 from flag_sim.cloth import Air, Cloth, Material
 from flag_sim.cloth.forces import Forcing
 from flag_sim.cloth.model import Model
-from flag_sim.nodes.dials import NODES
+from flag_sim.dials.catalogue import NODES
 from flag_sim.study import breaking, limits, maps, plots, shot, stability
 from flag_sim.study.store import Store
 import numpy as np

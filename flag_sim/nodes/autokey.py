@@ -13,8 +13,8 @@
 # limitations under the License.
 
 """Autokey: what a user sets on any node while a shot plays becomes a key (the source's 1.5)."""
+from flag_sim.dials.catalogue import NODES
 from flag_sim.nodes import keys
-from flag_sim.nodes.dials import NODES
 from flag_sim.nodes.parameters import to_parameter
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.parameter import parameter_value_to_python

@@ -19,7 +19,7 @@ import math
 
 from flag_sim.animation.timeline import Timeline
 from flag_sim.animation.tracks import Track
-from flag_sim.nodes.dials import NODES, TURN
+from flag_sim.dials.catalogue import NODES, TURN
 
 PARTS = ('times', 'values', 'laws')
 # What of the wind node itself can be keyed: the wind, not the clock that plays it.

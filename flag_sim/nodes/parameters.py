@@ -15,7 +15,7 @@
 """A ROS node whose parameters are dials: declared, checked and refused in one place."""
 import difflib
 
-from flag_sim.nodes.dials import NODES, SCENE
+from flag_sim.dials.catalogue import NODES, SCENE
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.node import Node

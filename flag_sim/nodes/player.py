@@ -16,9 +16,9 @@
 import sys
 import time
 
+from flag_sim.dials.catalogue import PLAYER
 from flag_sim.nodes.bag import RecordedTopics
 from flag_sim.nodes.delivery import check_delivery, Delivery
-from flag_sim.nodes.dials import PLAYER
 from flag_sim.nodes.frames import Tag
 from flag_sim.nodes.life import run
 from flag_sim.nodes.parameters import BadParameter, DialNode

@@ -19,10 +19,10 @@ import struct
 import sys
 import time
 
+from flag_sim.dials.catalogue import RECORDER
 from flag_sim.nodes import messages
 from flag_sim.nodes.bag import Bag
 from flag_sim.nodes.complaints import Refusals, Waiting
-from flag_sim.nodes.dials import RECORDER
 from flag_sim.nodes.frames import Arrival, FrameOrder
 from flag_sim.nodes.life import run
 from flag_sim.nodes.parameters import BadParameter, DialNode

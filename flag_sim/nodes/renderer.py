@@ -16,15 +16,15 @@
 import sys
 import time
 
+from flag_sim.dials.catalogue import RENDERER, SCENE
+from flag_sim.dials.settings import look_of
 from flag_sim.drawing import Picture
 from flag_sim.nodes import messages
 from flag_sim.nodes.complaints import Waiting
-from flag_sim.nodes.dials import RENDERER, SCENE
 from flag_sim.nodes.frames import Tag
 from flag_sim.nodes.life import compiling, run
 from flag_sim.nodes.server import FrameServer
 from flag_sim.nodes.topics import DEPTH, publish, publishers, subscribe
-from flag_sim.settings import look_of
 import numpy as np
 
 # Vertices may come before the wind is discovered; only after this time does its absence mean

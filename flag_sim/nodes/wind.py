@@ -17,12 +17,12 @@ from collections import Counter
 import sys
 import time
 
+from flag_sim.dials.catalogue import WIND
 from flag_sim.nodes import keys, messages
 from flag_sim.nodes.animation import AnimationNode
 from flag_sim.nodes.autokey import Autokey
 from flag_sim.nodes.clock import FrameClock
 from flag_sim.nodes.delivery import check_delivery, Delivery
-from flag_sim.nodes.dials import WIND
 from flag_sim.nodes.frames import next_take, Tag
 from flag_sim.nodes.life import run
 from flag_sim.nodes.readout import compute_time, OK, Readout, WARN

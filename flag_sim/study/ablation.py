@@ -20,7 +20,7 @@ like. So the change of the motion is taken twice. Over short windows, which begi
 states of the run with the term; and, from a long run, of its mean shape and kinetic energy. The
 control shows what both are where nothing but the last digits differ.
 """
-from flag_sim.settings import look_of
+from flag_sim.dials.settings import look_of
 from flag_sim.study import error, gallery, plots as drawing, report
 from flag_sim.study.pairs import LONG, Pairs, SPIN_UP, WINDOW, WINDOWS
 from flag_sim.study.settings import DEFAULTS, picture_of

@@ -27,7 +27,7 @@ from flag_sim.cloth.model import Model
 from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.cloth.stability import damping_bound, frequency_bound
 from flag_sim.cloth.state import State
-from flag_sim.settings import hang_of
+from flag_sim.dials.settings import hang_of
 from flag_sim.study.settings import defaults, WEATHER
 import numpy as np
 

@@ -15,7 +15,7 @@
 """Part: how exact the references themselves are, which says what they can rank."""
 from flag_sim.cloth import Diverged
 from flag_sim.cloth.mesh import resample
-from flag_sim.settings import cloth_of, hang_of
+from flag_sim.dials.settings import cloth_of, hang_of
 from flag_sim.study import error, plots as drawing, report, scene, summary
 from flag_sim.study.reference import WINDOW
 import numpy as np

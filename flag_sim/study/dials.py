@@ -14,7 +14,7 @@
 
 """Part: each dial alone, turned away from its default: what it costs and what it changes."""
 from flag_sim.cloth.solvers import SOLVERS
-from flag_sim.settings import cloth_of
+from flag_sim.dials.settings import cloth_of
 from flag_sim.study import plots as drawing, report, scene, sweep
 from flag_sim.study.reference import WINDOW
 from flag_sim.study.settings import changed

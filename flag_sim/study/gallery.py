@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """A sheet of pictures: the same moment with each term and without it."""
-from flag_sim.settings import look_of
+from flag_sim.dials.settings import look_of
 from flag_sim.study import error, plots
 from flag_sim.study.pairs import Pairs
 from flag_sim.study.settings import picture_of

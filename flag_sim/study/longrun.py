@@ -17,7 +17,7 @@ from flag_sim.cloth import Diverged
 from flag_sim.cloth.energy import kinetic_energy
 from flag_sim.cloth.model import Model
 from flag_sim.cloth.solvers import SOLVERS
-from flag_sim.settings import cloth_of
+from flag_sim.dials.settings import cloth_of
 from flag_sim.study import error, plots as drawing, report, scene
 from flag_sim.study.settings import changed
 from flag_sim.study.shot import Shot

@@ -18,7 +18,7 @@ import time
 
 from flag_sim.cloth import Diverged
 from flag_sim.cloth.solvers import SOLVERS
-from flag_sim.settings import cloth_of
+from flag_sim.dials.settings import cloth_of
 from flag_sim.study import error, plots as drawing, report, scene, summary
 from flag_sim.study.reference import WINDOW
 from flag_sim.study.settings import changed

@@ -18,7 +18,7 @@ import time
 from flag_sim.cloth import Diverged
 from flag_sim.cloth.energy import kinetic_energy
 from flag_sim.cloth.model import Model
-from flag_sim.settings import cloth_of, look_of
+from flag_sim.dials.settings import cloth_of, look_of
 from flag_sim.study import error
 from flag_sim.study.settings import picture_of
 from flag_sim.study.shot import Shot

@@ -26,7 +26,7 @@ window are played on the finest itself, so that its own small wrinkles are there
 from typing import NamedTuple
 
 from flag_sim.cloth.mesh import resample
-from flag_sim.settings import cloth_of
+from flag_sim.dials.settings import cloth_of
 from flag_sim.study.settings import changed
 from flag_sim.study.shot import Shot
 import numpy as np

@@ -20,7 +20,7 @@ from flag_sim.cloth import Air, Diverged
 from flag_sim.cloth.model import Model
 from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.cloth.stability import damping_bound, frequency_bound
-from flag_sim.settings import cloth_of, hang_of, look_of
+from flag_sim.dials.settings import cloth_of, hang_of, look_of
 from flag_sim.study import choice, error, summary
 from flag_sim.study.reference import FINEST, nested, on_grid, Reference, WINDOW
 from flag_sim.study.settings import changed

@@ -13,42 +13,28 @@
 # limitations under the License.
 
 """The settings of a study: the defaults of all three nodes' dials in one, and changes of them."""
-import inspect
+from flag_sim.dials.catalogue import PHYSICS, RENDERER, SCENE, WIND
+from flag_sim.drawing import Picture
 
-from flag_sim.cloth import Air, Cloth, Material, Stepping
-from flag_sim.drawing import Camera, Light, Materials, Picture, Scene, Style
-from flag_sim.settings import (
-    AIR, CAMERA, CLOTH, LIGHT, MATERIAL, SCENE, STEPPING, STYLE, SURFACES)
+SIZES = ('flag.length', 'flag.width')
+"""The dials of the scene that are the cloth's."""
 
-WEATHER = {'speed': 6.0, 'azimuth': 0.35, 'elevation': 0.0, 'gust.intensity': 0.0,
-           'gust.length': 5.0, 'gust.seed': 0, 'rate': 30.0}
+
+def _defaults(dials, but=()):
+    """Return {dial: default}, lists as tuples, which cannot be changed by mistake."""
+    return {dial.name: tuple(dial.default) if dial.is_list else dial.default
+            for dial in dials if dial.name not in but}
+
+
+WEATHER = {dial: default for dial, default in _defaults(WIND).items()
+           if dial in ('rate', 'speed', 'azimuth', 'elevation') or dial.startswith('gust.')}
 """The wind node's dials that a frame depends on."""
 
-
-def _defaults(record, names):
-    """Return {dial: default} of an object's fields, given {dial: field}."""
-    return {dial: getattr(record, field) for dial, field in names.items()}
-
-
-def _cloth_defaults():
-    arguments = inspect.signature(Cloth).parameters
-    return {dial: arguments[name].default for dial, name in CLOTH.items()}
-
-
-def _surface_defaults():
-    materials = Materials()
-    return {dial: default for thing, names in SURFACES.items()
-            for dial, default in _defaults(getattr(materials, thing), names).items()}
-
-
 DEFAULTS = {
-    'wind': dict(WEATHER),
-    # A size of zero follows from the pole's height.
-    'physics': {**_cloth_defaults(), 'flag.length': 0.0, 'flag.width': 0.0,
-                **_defaults(Material(), MATERIAL), **_defaults(Air(), AIR),
-                **_defaults(Stepping(), STEPPING), 'pole_collision': False},
-    'renderer': {**_defaults(Camera(), CAMERA), **_defaults(Light(), LIGHT),
-                 **_defaults(Scene(), SCENE), **_defaults(Style(), STYLE), **_surface_defaults(),
+    'wind': WEATHER,
+    'physics': {**{dial: _defaults(SCENE)[dial] for dial in SIZES},
+                **_defaults(PHYSICS, but=['max_gap'])},
+    'renderer': {**_defaults(SCENE, but=SIZES), **_defaults(RENDERER, but=['threads']),
                  'drawing.threads': 1},
 }
 """

@@ -15,7 +15,7 @@
 """The terms of the model and of the light, and what it is to switch each of them off."""
 from typing import Callable, NamedTuple
 
-from flag_sim.settings import hang_of
+from flag_sim.dials.settings import hang_of
 from flag_sim.study.reference import on_grid
 from flag_sim.study.settings import changed, defaults
 from flag_sim.study.true_wind import TrueWindCloth

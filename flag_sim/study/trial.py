@@ -16,7 +16,7 @@
 import time
 
 from flag_sim.cloth import Diverged
-from flag_sim.settings import look_of
+from flag_sim.dials.settings import look_of
 from flag_sim.study import error
 from flag_sim.study.settings import changed, picture_of
 

@@ -76,7 +76,7 @@ class TrueWindCloth(Cloth):
                    stepping=cloth.stepping, stretch_limit=cloth.stretch_limit, pole=cloth.pole,
                    precision=cloth.precision)
 
-    def _remodel(self):
+    def _remodel(self, mesh, material, solver_name):
         """Make the solver; plans, which make another for a softened model, keep its type."""
-        super()._remodel()
+        super()._remodel(mesh, material, solver_name)
         self._solver = TrueWind(self._solver.model)

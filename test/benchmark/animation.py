@@ -24,8 +24,8 @@ from pathlib import Path
 import statistics
 import time
 
+from flag_sim.dials.catalogue import NODES
 from flag_sim.nodes import keys, messages
-from flag_sim.nodes.dials import NODES
 from flag_sim.nodes.frames import Tag
 from flag_sim.nodes.topics import publish
 from flag_sim.nodes.weather import Weather

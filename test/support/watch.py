@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """A node of the tests' own that listens, talks and sets parameters beside the real ones."""
+import contextlib
 import time
 
 from flag_sim.nodes.life import bring_profile
@@ -24,6 +25,12 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
+
+ASKED, ASK_AGAIN = 4, 10.0  # times that something is asked for, and seconds between
+
+
+class InVain(AssertionError):
+    """What was waited for did not come."""
 
 
 class Watcher:
@@ -61,9 +68,24 @@ class Watcher:
         eventually(future.done, self)
         return future.result()
 
+    def _read(self, ask):
+        """
+        Return the result of what `ask` asks for, and ask again where no answer comes.
+
+        A server that has not yet found the client's end of the service answers to nobody; reading
+        twice does no harm.
+        """
+        for _ in range(ASKED):
+            future = ask()
+            with contextlib.suppress(InVain):
+                eventually(future.done, self, ASK_AGAIN)
+                return future.result()
+        raise InVain(f'asked {ASKED} times')
+
     def get(self, client, name):
         """Return the value of a parameter."""
-        return parameter_value_to_python(self._result(client.get_parameters([name])).values[0])
+        values = self._read(lambda: client.get_parameters([name])).values
+        return parameter_value_to_python(values[0])
 
     def put(self, client, name, value):
         """Set a parameter as `ros2 param set` does; return the result."""
@@ -81,8 +103,8 @@ class Watcher:
 
     def get_all(self, client):
         """Return {name: value} of all parameters, as `ros2 param dump` does."""
-        names = self._result(client.list_parameters([], 10)).result.names
-        values = self._result(client.get_parameters(names)).values
+        names = self._read(lambda: client.list_parameters([], 10)).result.names
+        values = self._read(lambda: client.get_parameters(names)).values
         return {name: parameter_value_to_python(value) for name, value in zip(names, values)}
 
     def __enter__(self):
@@ -99,5 +121,6 @@ def eventually(condition, watcher, seconds=40.0):
     """Spin until `condition()` holds; fail if it does not in time."""
     end = time.monotonic() + seconds
     while not condition():
-        assert time.monotonic() < end, 'waited in vain'
+        if time.monotonic() >= end:
+            raise InVain('waited in vain')
         watcher.spin()

@@ -12,11 +12,11 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The parameters of every node, in the order in which people meet them."""
+"""Every dial of every node, in the order in which people meet them."""
 from dataclasses import replace
 from math import pi
 
-from flag_sim.nodes.dial import Dial
+from flag_sim.dials.dial import Dial
 
 # Angles are given within one turn to either side, so that a track may pass through half a turn.
 TURN = 2.0 * pi
