@@ -33,7 +33,7 @@ the forces inside are the same. But a free edge here bears a moment of the curva
 alone, and a twist w = t u v costs B t^2 per area, where the first term costs nothing.
 """
 from flag_sim.cloth.mesh import ONE
-from flag_sim.kernels import kernel, wide_kernel
+from flag_sim.kernels import inner_kernel, kernel, wide_kernel
 
 
 def bend_constants(bend_stiffness, dx, dy):
@@ -77,6 +77,14 @@ def set_moments(position, weights, bend, moments, span):
         twist_z[i] = b * ((z[i] - z[e]) - (z[s] - z[d]))
 
 
+@inner_kernel
+def unbend(across, across_e, across_w, down, down_s, down_n, twist, twist_w, twist_n, twist_nw):
+    """Return the bending force [N] on a node along one axis, given the moments about it."""
+    return -(((across_e - across) - (across - across_w))
+             + ((down_s - down) - (down - down_n))
+             + ((twist - twist_w) - (twist_n - twist_nw)))
+
+
 @kernel
 def add_moments(moments, force, span):
     """Add the bending force [N]: minus the gradient of E, the same differences of the moments."""
@@ -90,6 +98,5 @@ def _add_along(across, down, twist, f, span):
     first, last, stride = span
     for i in range(first, last):
         e, w, s, n = i + ONE, i - ONE, i + stride, i - stride
-        f[i] -= (((across[e] - across[i]) - (across[i] - across[w]))
-                 + ((down[s] - down[i]) - (down[i] - down[n]))
-                 + ((twist[i] - twist[w]) - (twist[n] - twist[n - ONE])))
+        f[i] += unbend(across[i], across[e], across[w], down[i], down[s], down[n],
+                       twist[i], twist[w], twist[n], twist[n - ONE])

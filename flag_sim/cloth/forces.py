@@ -20,7 +20,7 @@ from flag_sim.cloth.bending import add_moments, set_moments
 from flag_sim.cloth.material import Air
 from flag_sim.cloth.springs import damped_tensions, elastic_tensions, sum_tensions
 from flag_sim.cloth.wind import add_faces, wind_on_faces
-from flag_sim.kernels import shared_kernel, wide_kernel
+from flag_sim.kernels import shared_kernel
 import numpy as np
 
 NO_POLE = (0.0, 0.0, 0.0)
@@ -71,44 +71,33 @@ class Work(NamedTuple):
                    new_barrier(1))
 
 
-@wide_kernel
-def _set_weights(mass, gravity, force, span):
-    """Set each node's force [N] to its weight (1.1); pinned nodes do not answer to it."""
-    fx, fy, fz = force
-    first, last, _ = span
-    for i in range(first, last):
-        fx[i] = 0.0
-        fy[i] = 0.0
-        fz[i] = -gravity * mass[i]
+@shared_kernel
+def set_parts(position, velocity, wind, weights, coefficients, work, dt, span):
+    """
+    Set work's tensions, moments and faces: what acts between the nodes of span and those after.
+
+    dt: the step that the wind is taken implicitly over [s]; zero for its momentary force. All
+    threads of work.barrier call it together and leave together, each with the nodes of its span.
+    """
+    k, c, rest = coefficients.spring_k, coefficients.spring_c, coefficients.spring_rest
+    if max(c) > 0.0:
+        damped_tensions(position, velocity, weights, k, c, rest, work.tensions, span)
+    else:
+        elastic_tensions(position, weights, k, rest, work.tensions, span)
+    if max(coefficients.bend) > 0.0:
+        set_moments(position, weights, coefficients.bend, work.moments, span)
+    if coefficients.drag > 0.0:
+        wind_on_faces(position, velocity, wind, coefficients.drag, dt * coefficients.drag_rate,
+                      coefficients.law, coefficients.order, weights, work.faces, span)
+    wait(work.barrier)
 
 
 @shared_kernel
 def set_forces(position, velocity, wind, mass, weights, coefficients, work, dt, span):
-    """
-    Set work.force [N] to the sum of all forces on each node but its own damping (1.6).
-
-    dt: the step that the wind is taken implicitly over [s]; zero for its momentary force.
-    span: the nodes of this thread; all threads of work.barrier call it together. First each finds
-    what acts between its nodes and those after them, then sums what acts on its nodes.
-    """
-    force, tensions, moments, faces = work.force, work.tensions, work.moments, work.faces
-    k, c, rest = coefficients.spring_k, coefficients.spring_c, coefficients.spring_rest
-    bend = coefficients.bend
-    if max(c) > 0.0:
-        damped_tensions(position, velocity, weights, k, c, rest, tensions, span)
-    elif max(k) > 0.0:
-        elastic_tensions(position, weights, k, rest, tensions, span)
-    if max(bend) > 0.0:
-        set_moments(position, weights, bend, moments, span)
+    """Set work.force [N] to the sum of all forces on each node but its own damping (1.6)."""
+    set_parts(position, velocity, wind, weights, coefficients, work, dt, span)
+    sum_tensions(position, work.tensions, mass, coefficients.gravity, work.force, span)
+    if max(coefficients.bend) > 0.0:
+        add_moments(work.moments, work.force, span)
     if coefficients.drag > 0.0:
-        wind_on_faces(position, velocity, wind, coefficients.drag, dt * coefficients.drag_rate,
-                      coefficients.law, coefficients.order, weights, faces, span)
-    wait(work.barrier)
-    if max(k) > 0.0:
-        sum_tensions(position, tensions, mass, coefficients.gravity, force, span)
-    else:
-        _set_weights(mass, coefficients.gravity, force, span)
-    if max(bend) > 0.0:
-        add_moments(moments, force, span)
-    if coefficients.drag > 0.0:
-        add_faces(faces, force, span)
+        add_faces(work.faces, work.force, span)

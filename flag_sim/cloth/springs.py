@@ -146,6 +146,21 @@ def damped_tensions(position, velocity, weights, spring_k, spring_c, spring_rest
         falling[i] = weights.cell[i] * (k_x - pull_x * f + c_x * fv * (f * f))
 
 
+@inner_kernel
+def pull(x, e, w, s, n, se, nw, sw, ne, across, across_w, down, down_n, falling, falling_nw,
+         rising_w, rising_n):
+    """
+    Return the pull [N] of the eight springs on a node along one axis, with a coordinate of each.
+
+    x: of the node; e, w, s, n and so on: of its neighbours towards fly, hoist, lower and upper
+    edge [m]. A diagonal belongs to the cell of its upper hoist corner: falling from that corner,
+    rising to the corner after it.
+    """
+    return (across * (e - x) + across_w * (w - x) + down * (s - x) + down_n * (n - x)
+            + falling * (se - x) + falling_nw * (nw - x)
+            + rising_w * (sw - x) + rising_n * (ne - x))
+
+
 @wide_kernel
 def sum_tensions(position, tensions, mass, gravity, force, span):
     """Set each node's force [N] to its weight (1.1) and the pull of the eight springs on it."""
@@ -156,16 +171,11 @@ def sum_tensions(position, tensions, mass, gravity, force, span):
     for i in range(first, last):
         e, w, s, n = i + ONE, i - ONE, i + stride, i - stride
         se, nw, sw, ne = s + ONE, n - ONE, s - ONE, n + ONE
-        # A diagonal belongs to the cell of its upper hoist corner: falling from that corner,
-        # rising to the corner after it.
         te, tw, ts, tn = across[i], across[w], down[i], down[n]
         tse, tnw, tsw, tne = falling[i], falling[nw], rising[w], rising[n]
-        fx[i] = (te * (x[e] - x[i]) + tw * (x[w] - x[i]) + ts * (x[s] - x[i]) + tn * (x[n] - x[i])
-                 + tse * (x[se] - x[i]) + tnw * (x[nw] - x[i])
-                 + tsw * (x[sw] - x[i]) + tne * (x[ne] - x[i]))
-        fy[i] = (te * (y[e] - y[i]) + tw * (y[w] - y[i]) + ts * (y[s] - y[i]) + tn * (y[n] - y[i])
-                 + tse * (y[se] - y[i]) + tnw * (y[nw] - y[i])
-                 + tsw * (y[sw] - y[i]) + tne * (y[ne] - y[i]))
-        fz[i] = (te * (z[e] - z[i]) + tw * (z[w] - z[i]) + ts * (z[s] - z[i]) + tn * (z[n] - z[i])
-                 + tse * (z[se] - z[i]) + tnw * (z[nw] - z[i])
-                 + tsw * (z[sw] - z[i]) + tne * (z[ne] - z[i]) - gravity * mass[i])
+        fx[i] = pull(x[i], x[e], x[w], x[s], x[n], x[se], x[nw], x[sw], x[ne],
+                     te, tw, ts, tn, tse, tnw, tsw, tne)
+        fy[i] = pull(y[i], y[e], y[w], y[s], y[n], y[se], y[nw], y[sw], y[ne],
+                     te, tw, ts, tn, tse, tnw, tsw, tne)
+        fz[i] = pull(z[i], z[e], z[w], z[s], z[n], z[se], z[nw], z[sw], z[ne],
+                     te, tw, ts, tn, tse, tnw, tsw, tne) - gravity * mass[i]

@@ -85,6 +85,13 @@ def wind_on_faces(position, velocity, wind, drag, hold, law, order, weights, fac
         lower_x[i], lower_y[i], lower_z[i] = f * ax, f * ay, f * az
 
 
+@inner_kernel
+def share(upper, upper_w, upper_n, lower_w, lower_n, lower_nw):
+    """Return a node's share [N] of the six faces that meet in it, along one axis (1.4)."""
+    half = type(upper)(0.5)
+    return upper + lower_nw + half * (upper_w + lower_w + upper_n + lower_n)
+
+
 @kernel
 def add_faces(faces, force, span):
     """Add to each node's force [N] its share of the six faces that meet in it (1.4)."""
@@ -94,8 +101,7 @@ def add_faces(faces, force, span):
 
 @wide_kernel
 def _add_along(upper, lower, f, span):
-    half = f.dtype.type(0.5)
     first, last, stride = span
     for i in range(first, last):
         w, n = i - ONE, i - stride
-        f[i] += upper[i] + lower[n - ONE] + half * (upper[w] + lower[w] + upper[n] + lower[n])
+        f[i] += share(upper[i], upper[w], upper[n], lower[w], lower[n], lower[n - ONE])
