@@ -23,7 +23,7 @@ RATES = st.floats(0.01, 1000.0)  # the range of the dial
 
 
 def is_nearest(stamp, exact):
-    """Say whether a whole number of nanoseconds is the nearest to an exact time [ns]."""
+    """Return whether a whole number of nanoseconds is the nearest to an exact time [ns]."""
     return abs(stamp - exact) <= Fraction(1, 2)
 
 

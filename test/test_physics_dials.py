@@ -48,7 +48,7 @@ def right(dial):
 
 
 def accepts(name, value):
-    """Tell by the table alone whether a dial takes a value."""
+    """Return by the table alone whether a dial takes a value."""
     dial = DIALS.get(name)
     if dial is None or dial.fixed:
         return False
@@ -62,7 +62,7 @@ def accepts(name, value):
 
 
 def is_affordable(values):
-    """Tell whether a run with the values that would be taken stays short."""
+    """Return whether a run with the values that would be taken stays short."""
     return all(values[name] <= most for name, most in AFFORDABLE.items()
                if name in values and accepts(name, values[name]))
 
@@ -85,7 +85,7 @@ EVENTS = st.lists(st.one_of(GROUPS, FRAMES, FRAMES), min_size=8, max_size=20)
 
 
 def stand_together(node, values):
-    """Tell whether values, each right, make a flag together; test_physics_node knows the rules."""
+    """Return whether values, each right, make a flag together (rules: test_physics_node)."""
     try:
         node.check(values)
     except ValueError:

@@ -35,7 +35,7 @@ COUNT = 12
 
 @pytest.fixture
 def bench(domain):
-    """Give a physics node at its defaults."""
+    """Return a physics node at its defaults."""
     with rclpy.init(domain_id=domain):
         bench = Bench()
         yield bench

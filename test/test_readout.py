@@ -152,7 +152,7 @@ def test_the_state_of_a_graph(tmp_path, domain):
         heard = watcher.listen('state')
 
         def hears(node, level, words):
-            """Say whether a node has told this in words since the last time."""
+            """Return whether a node has told this in words since the last time."""
             found = [status for message in heard for status in message.status
                      if (status.name, status.level) == (node, level) and words in status.message]
             del heard[:]

@@ -116,7 +116,7 @@ class Stand:
 
 @pytest.fixture(scope='module')
 def stand(module_domain):
-    """Give a renderer that all tests of this module share: it must outlive each of them."""
+    """Return a renderer that all tests of this module share: it must outlive each of them."""
     made = Stand(module_domain)
     yield made
     made.close()
@@ -124,7 +124,7 @@ def stand(module_domain):
 
 @pytest.fixture
 def small(stand):
-    """Give the renderer with a small image and else default dials."""
+    """Return the renderer with a small image and else default dials."""
     assert stand.dial(width=64, height=48).successful
     return stand
 

@@ -45,12 +45,12 @@ class Dial:
 
     @property
     def is_list(self):
-        """Say whether the value is a list."""
+        """Return whether the value is a list."""
         return isinstance(self.default, list)
 
     @property
     def rule(self):
-        """Say in words what a value must be."""
+        """Return in words what a value must be."""
         kind = self.item if self.is_list else type(self.default)
         words = KINDS[kind]
         if self.choices:

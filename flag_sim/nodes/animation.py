@@ -20,7 +20,7 @@ from flag_sim.nodes.params_file import check_path, save_parameters
 
 
 def is_part(name):
-    """Say whether a parameter is a part of the animation, in which one part needs the others."""
+    """Return whether a parameter is part of the animation, in which one part needs the others."""
     return name.startswith(('tracks', 'keys.', 'events.'))
 
 

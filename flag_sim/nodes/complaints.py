@@ -68,7 +68,7 @@ class Refusals:
         self._said = {}  # steady time [s] at which a reason was logged last
 
     def is_worth_saying(self, reason, now):
-        """Say whether to log a reason at steady time `now` [s]; it then counts as logged."""
+        """Return whether to log a reason at steady time `now` [s]; it then counts as logged."""
         reason = re.sub(r'[\d.]+', '', reason)
         self._said = {r: at for r, at in self._said.items() if now - at < WARN_EVERY}
         if reason in self._said or len(self._said) >= MOST_KINDS:

@@ -32,7 +32,7 @@ def key_name(track, part):
 
 
 def is_key_name(name):
-    """Say whether a parameter holds one part of a track's keys."""
+    """Return whether a parameter holds one part of a track's keys."""
     return name.startswith('keys.') and name.endswith(tuple(f'.{part}' for part in PARTS))
 
 
@@ -71,7 +71,7 @@ def target_dial(track):
 
 
 def is_angle(dial):
-    """Say whether a dial is a direction, of which a turn more is the same."""
+    """Return whether a dial is a direction, of which a turn more is the same."""
     return dial.unit == 'rad' and dial.high == TURN
 
 

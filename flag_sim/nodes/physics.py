@@ -210,7 +210,7 @@ class Physics(FrameServer):
 
 
 def _is_softened(plan):
-    """Tell whether a frame's cloth was softer or less damped than it is set."""
+    """Return whether a frame's cloth was softer or less damped than it is set."""
     return min(plan.stiffness_factor, plan.damping_factor) < 1.0
 
 

@@ -79,7 +79,7 @@ class Renderer(FrameServer):
             self._clouds.clear()
 
     def is_ready(self, tag):
-        """Say whether the frame's vertices have come."""
+        """Return whether the frame's vertices have come."""
         return tag.stamp in self._clouds
 
     def _on_vertices(self, message, info):

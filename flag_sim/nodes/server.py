@@ -50,7 +50,7 @@ class FrameServer(DialNode):
         """Forget the take that was played; another one begins with the frame `tag`."""
 
     def is_ready(self, tag):
-        """Say whether everything that the frame needs has arrived."""
+        """Return whether everything that the frame needs has arrived."""
         del tag
         return True
 
