@@ -130,7 +130,7 @@ TERMS = (
     Term('perspective-correct light', {'interpolation': 'perspective'}, {}, ('fresh', 'close-up'),
          'off: below what an eye sees on the default grid'),
     Term('4 samples', {'samples': 4}, {}, ('fresh',),
-         'off: smooths edges, but about doubles the time of drawing'),
+         'off: smooths edges, for about three times the time of drawing'),
     Term('Z-buffer', {}, {'hidden_surface': 'painter'}, WINDS,
          'on: right where triangles cross, too'),
     Term('finer grid', finer(), {}, WINDS,
