@@ -64,6 +64,9 @@ class Recorder(DialNode):
         unknown = [name for name in self.values['topics'] if name not in known]
         if unknown:
             raise BadParameter(f'topics: {unknown[0]!r} is not one of {", ".join(known)}')
+        doubles = [name for name, n in collections.Counter(self.values['topics']).items() if n > 1]
+        if doubles:
+            raise BadParameter(f'topics: each is named once, but {doubles[0]!r} more often')
         path = self.values['path'] or datetime.datetime.now().strftime('rosbag2_%Y_%m_%d-%H_%M_%S')
         self._bag = Bag(path, self.values['storage'], self.values['compression'])
         self._every_frame = {t for t in self.values['topics'] if TOPICS[t].every_frame}
