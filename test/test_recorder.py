@@ -13,7 +13,59 @@
 # limitations under the License.
 
 """What the recorder and the player do with takes, bytes, disks and bags as they should not be."""
+from flag_sim.nodes import messages
+from flag_sim.nodes.bag import Bag, RecordedTopics
+from flag_sim.nodes.frames import Tag
 from flag_sim.nodes.graph import Graph
+from flag_sim.nodes.recorder import serialized_stamp
+from rcl_interfaces.msg import ParameterEvent
+from rclpy.serialization import serialize_message
+from support.watch import eventually, Watcher
+
+FRAME = 10**9 // 25  # [ns]
+
+
+def frame(take, index):
+    """Return the parameters of a frame in real time."""
+    return messages.parameters_message(
+        'wind', Tag(index * FRAME, take, index, index), [1.0, 0.0, 0.0], {})
+
+
+def parameters_bag(path, take=1, frames=3):
+    """Make a bag that holds one take's parameters; return its path."""
+    bag = Bag(path, 'mcap', 'none')
+    bag.add_topic('/parameters', ParameterEvent)
+    for index in range(frames):
+        bag.write('/parameters', index * FRAME, serialize_message(frame(take, index)))
+    bag.close()
+    return path
+
+
+def recorded(path, name):
+    """Return [(name, time in the bag [ns], serialised message)] of a topic."""
+    bag = RecordedTopics(path)
+    try:
+        return list(bag.messages([name]))
+    finally:
+        bag.close()
+
+
+def test_an_older_take_of_another_sender_is_recorded(tmp_path, domain):
+    """A take is played back after a newer one of the wind, and once more by another player."""
+    old = parameters_bag(tmp_path / 'old', take=1)
+    with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
+        out, done = watcher.publisher('parameters'), watcher.listen('frame_done')
+        graph.start('recorder', '-p', f'path:={tmp_path / "bag"}', '-p', 'topics:=[parameters]')
+        eventually(lambda: out.publish(frame(2, 0)) or done, watcher)
+        for name in ('first', 'second'):
+            graph.start('player', '-p', f'path:={old}', '-p', 'pace:=lockstep',
+                        '-p', 'wait_for:=[recorder]', name=name)
+            eventually(lambda: graph.processes[name].poll() == 0, watcher)
+        assert graph.end('recorder') == 0
+        assert graph.log('recorder').count('another take begins') == 2
+        assert '7 frames' in graph.log('recorder') and '3 takes' in graph.log('recorder')
+    stamps = [serialized_stamp(data) for _, _, data in recorded(tmp_path / 'bag', 'parameters')]
+    assert stamps == [0, *2 * [0, FRAME, 2 * FRAME]]
 
 
 def test_a_topic_named_twice_is_refused(tmp_path, domain):

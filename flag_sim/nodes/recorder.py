@@ -90,25 +90,30 @@ class Recorder(DialNode):
         topic = self.resolve_topic_name(name)
         self._bag.add_topic(topic, TOPICS[name].message)
 
-        def write(data):
+        def write(data, info):
             if name == 'parameters':
-                self._follow_takes(data)
+                self._follow_takes(data, info)
             self._write(name, topic, data)
         subscribe(self, name, write, raw=True)
 
-    def _follow_takes(self, data):
+    def _follow_takes(self, data, info):
         """Notice when the shot begins anew: its stamps then are no copies of the earlier ones."""
         try:
             tag, _, _ = messages.read_parameters(deserialize_message(data, ParameterEvent))
         except ValueError:
             return  # physics refuses it and says so; here it is only recorded
-        if tag.take is None or self._order.arrive(tag) is not Arrival.RESTART:
+        if tag.take is None:
+            return
+        arrival = self._order.arrive(tag, bytes(info['publisher_gid']['data']))
+        while self._order.next_frame() is not None:
+            pass  # its turn is all the same here, but a take that is played again is known by it
+        if arrival is not Arrival.RESTART:
             return
         # Images of the first take may come before its parameters: they belong to it.
         if self._takes:
             self.get_logger().info(
-                f'another take begins, as the wind was reset or started again: it follows in '
-                f'{self._bag.path} after {self._stopwatch.frames} frames of earlier ones')
+                f'another take begins, as the wind was reset or another sender came: it follows '
+                f'in {self._bag.path} after {self._stopwatch.frames} frames of earlier ones')
             self._offset = self._newest + TAKE_GAP
             self._lost += len(self._missing)
             self._missing.clear()
