@@ -77,3 +77,40 @@ def test_a_topic_named_twice_is_refused(tmp_path, domain):
         assert "topics: each is named once, but 'vertices' more often" in graph.log('recorder')
         assert 'Traceback' not in graph.log('recorder')
     assert not (tmp_path / 'bag').exists()
+
+
+def test_malformed_bytes_are_left_out(tmp_path, domain):
+    """A message that is none is told of; the next one is recorded."""
+    with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
+        out, done = watcher.publisher('parameters'), watcher.listen('frame_done')
+        keyframe = watcher.publisher('keyframe')
+        graph.start('recorder', '-p', f'path:={tmp_path / "bag"}', '-p',
+                    'topics:=[parameters, keyframe]')
+
+        def send():
+            out.publish(b'\x00\x01\x00\x00' + b'\xff' * 40)
+            keyframe.publish(b'\x00\x01\x00\x00')
+        eventually(lambda: send() or all(
+            reason in graph.log('recorder') for reason in (
+                'a message on parameters is not recorded: its 44 bytes are no ParameterEvent',
+                'a message on keyframe is not recorded: its 4 bytes are too few')), watcher)
+        eventually(lambda: out.publish(frame(1, 0)) or done, watcher)
+        assert graph.end('recorder') == 0, graph.log('recorder')
+    assert len(recorded(tmp_path / 'bag', 'parameters')) == 1
+    assert not recorded(tmp_path / 'bag', 'keyframe')
+
+
+def test_takes_that_no_bag_can_hold_are_left_out(tmp_path, domain):
+    """Each begins where the last one ended: the fifth of 68 years each is beyond 2**63 ns."""
+    with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
+        out, done = watcher.publisher('parameters'), watcher.listen('frame_done')
+        graph.start('recorder', '-p', f'path:={tmp_path / "bag"}', '-p', 'topics:=[parameters]',
+                    '-p', 'storage:=sqlite3')
+        for take in range(1, 6):
+            last = frame(take, 0)
+            last.stamp.sec = 2**31 - 1
+            del done[:]
+            eventually(lambda: out.publish(last) or (
+                'than a bag can hold' in graph.log('recorder') if take == 5 else done), watcher)
+        assert graph.end('recorder') == 0, graph.log('recorder')
+    assert len(recorded(tmp_path / 'bag', 'parameters')) == 4

@@ -33,6 +33,7 @@ from rclpy.serialization import deserialize_message
 
 REMEMBERED = 1024  # frames of which copies are recognised
 TAKE_GAP = 100_000_000  # time in the bag between two takes [ns]
+LATEST = 2**63 - 1  # that rosbag2 can hold, as its times are signed [ns]
 # Its last word may be lost, so a recorder that has all its frames goes on answering until the
 # wind is gone or has not asked again for so long [s].
 LINGER = 3.0
@@ -42,8 +43,11 @@ def serialized_stamp(data):
     """
     Return the stamp [ns] of a serialised message that begins with a Time or a Header.
 
-    CDR: four bytes that say the byte order, then the seconds and the nanoseconds.
+    CDR: four bytes that say the byte order, then the seconds and the nanoseconds. Raises
+    ValueError for a message that is too short for them.
     """
+    if len(data) < 12:
+        raise ValueError(f'its {len(data)} bytes are too few for a stamp')
     seconds, nanoseconds = struct.unpack_from('<iI' if data[1] & 1 else '>iI', data, 4)
     return seconds * 10**9 + nanoseconds
 
@@ -82,7 +86,8 @@ class Recorder(DialNode):
         for name in self.values['topics']:
             self._record(name)
         if 'parameters' not in self.values['topics']:
-            subscribe(self, 'parameters', self._follow_takes, raw=True)
+            subscribe(self, 'parameters', self._refusing('parameters', self._follow_takes),
+                      raw=True)
         self._waiting = Waiting(self, self._lacking, lambda: self._stopwatch.frames)
         self.get_logger().info(f'recording {", ".join(self.values["topics"])} into {path}')
 
@@ -94,12 +99,27 @@ class Recorder(DialNode):
             if name == 'parameters':
                 self._follow_takes(data, info)
             self._write(name, topic, data)
-        subscribe(self, name, write, raw=True)
+        subscribe(self, name, self._refusing(name, write), raw=True)
+
+    def _refusing(self, name, take_in):
+        """Return `take_in(data, info)` that tells of the ValueErrors it raises, and goes on."""
+        def guarded(data, info):
+            try:
+                take_in(data, info)
+            except ValueError as error:
+                reason = f'a message on {name} is not recorded: {error}'
+                if self._refusals.is_worth_saying(reason, time.monotonic()):
+                    self.get_logger().warning(reason)
+        return guarded
 
     def _follow_takes(self, data, info):
         """Notice when the shot begins anew: its stamps then are no copies of the earlier ones."""
         try:
-            tag, _, _ = messages.read_parameters(deserialize_message(data, ParameterEvent))
+            message = deserialize_message(data, ParameterEvent)
+        except RuntimeError:  # of the middleware; it names a line in its source
+            raise ValueError(f'its {len(data)} bytes are no ParameterEvent') from None
+        try:
+            tag, _, _ = messages.read_parameters(message)
         except ValueError:
             return  # physics refuses it and says so; here it is only recorded
         if tag.take is None:
@@ -123,10 +143,10 @@ class Recorder(DialNode):
     def _write(self, name, topic, data):
         stamp = serialized_stamp(data)
         if stamp < 0:  # a bag counts its times from 0
-            reason = f'a message on {name} is not recorded: its stamp {stamp / 1e9} s is before 0'
-            if self._refusals.is_worth_saying(reason, time.monotonic()):
-                self.get_logger().warning(reason)
-            return
+            raise ValueError(f'its stamp {stamp / 1e9} s is before 0')
+        if stamp + self._offset > LATEST:
+            raise ValueError(f'its stamp {stamp / 1e9} s after {self._takes - 1} takes is later '
+                             f'than a bag can hold, {LATEST / 1e9} s')
         if name in self._every_frame:
             if stamp in self._whole:
                 self._copies += 1
