@@ -13,11 +13,17 @@
 # limitations under the License.
 
 """What the recorder and the player do with takes, bytes, disks and bags as they should not be."""
+import itertools
+import resource
+import shutil
+
 from flag_sim.nodes import messages
 from flag_sim.nodes.bag import Bag, RecordedTopics
 from flag_sim.nodes.frames import Tag
 from flag_sim.nodes.graph import Graph
-from flag_sim.nodes.recorder import serialized_stamp
+from flag_sim.nodes.recorder import counted, serialized_stamp
+import numpy as np
+import pytest
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.serialization import serialize_message
 from support.watch import eventually, Watcher
@@ -114,3 +120,56 @@ def test_takes_that_no_bag_can_hold_are_left_out(tmp_path, domain):
                 'than a bag can hold' in graph.log('recorder') if take == 5 else done), watcher)
         assert graph.end('recorder') == 0, graph.log('recorder')
     assert len(recorded(tmp_path / 'bag', 'parameters')) == 4
+
+
+def test_a_full_disk_ends_sqlite_with_a_clear_error(tmp_path, domain):
+    """As it does mcap (test_life), but nothing is kept, and that is said."""
+    limit = 3_000_000  # bytes; an image has 1,000,000 and sqlite keeps 2 MB in memory
+    hard = resource.getrlimit(resource.RLIMIT_FSIZE)[1]
+    with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
+        out = watcher.publisher('camera/image_raw')
+        recorder = graph.start('recorder', '-p', f'path:={tmp_path / "bag"}', '-p',
+                               'topics:=[camera/image_raw]', '-p', 'storage:=sqlite3')
+        resource.prlimit(recorder.pid, resource.RLIMIT_FSIZE, (limit, hard))
+        stamps = itertools.count(0, FRAME)
+        pixels = np.zeros((500, 2000 // 3, 3), np.uint8)
+        eventually(lambda: out.publish(messages.image_message(next(stamps), pixels))
+                   or recorder.poll() is not None, watcher)
+        said = graph.log('recorder')
+        assert recorder.poll() == 1, said
+        assert 'cannot write' in said and 'sqlite3 keeps nothing' in said
+        assert 'Traceback' not in said and 'MB' not in said
+
+
+@pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
+def test_a_folder_that_is_gone_is_no_success(tmp_path, domain, storage):
+    """What was recorded went with it: the status is 1, and nobody reads of frames in a bag."""
+    with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
+        out, done = watcher.publisher('parameters'), watcher.listen('frame_done')
+        graph.start('recorder', '-p', f'path:={tmp_path / "bag"}', '-p', 'topics:=[parameters]',
+                    '-p', f'storage:={storage}')
+        eventually(lambda: out.publish(frame(1, 0)) or done, watcher)
+        shutil.rmtree(tmp_path / 'bag')
+        assert graph.end('recorder') == 1
+        said = graph.log('recorder')
+        assert 'cannot finish' in said and 'the folder is gone' in said
+        assert 'MB' not in said and 'reindex' not in said and 'Traceback' not in said
+    assert not (tmp_path / 'bag').exists()
+
+
+def test_the_summary_tells_what_is_on_the_disk(tmp_path, domain):
+    """Compressed, a black image of 3 MB takes a few kB; one frame is no plural."""
+    with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
+        out, done = watcher.publisher('camera/image_raw'), watcher.listen('frame_done')
+        graph.start('recorder', '-p', f'path:={tmp_path / "bag"}', '-p',
+                    'topics:=[camera/image_raw]', '-p', 'compression:=zstd')
+        black = messages.image_message(0, np.zeros((1000, 1000, 3), np.uint8))
+        eventually(lambda: out.publish(black) or done, watcher)
+        assert graph.end('recorder') == 0
+        assert ' 1 frame, 0.0 MB on disk, 0 incomplete frames, ' in graph.log('recorder')
+
+
+@pytest.mark.parametrize(('number', 'words'), [(0, '0 copies'), (1, '1 copy'), (2, '2 copies')])
+def test_things_are_counted_in_words(number, words):
+    """As people do."""
+    assert counted(number, 'copy', 'copies') == words

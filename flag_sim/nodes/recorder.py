@@ -52,6 +52,11 @@ def serialized_stamp(data):
     return seconds * 10**9 + nanoseconds
 
 
+def counted(number, noun, plural=''):
+    """Return a number of things in words."""
+    return f'{number} {noun if number == 1 else plural or noun + "s"}'
+
+
 class Recorder(DialNode):
     """
     Writes every message once, at its own stamp, and says on `frame_done` which frames are safe.
@@ -133,7 +138,7 @@ class Recorder(DialNode):
         if self._takes:
             self.get_logger().info(
                 f'another take begins, as the wind was reset or another sender came: it follows '
-                f'in {self._bag.path} after {self._stopwatch.frames} frames of earlier ones')
+                f'in {self._bag.path} after {counted(self._stopwatch.frames, "frame")} before')
             self._offset = self._newest + TAKE_GAP
             self._lost += len(self._missing)
             self._missing.clear()
@@ -215,22 +220,24 @@ class Recorder(DialNode):
 
     def _fail(self, error):
         self.get_logger().error(f'cannot write {self._bag.path}: {error}; the recording ends with '
-                                f'{self._stopwatch.frames} frames')
+                                f'{counted(self._stopwatch.frames, "frame")}')
         self.ended.set_result(1)
 
     def close(self):
-        """Close the bag and say what is in it and what is not."""
+        """Close the bag and say what is in it; return whether that could not be done."""
         try:
             self._bag.close()
         except OSError as error:
-            self.get_logger().error(f'cannot finish {self._bag.path}: {error}; '
-                                    "'ros2 bag reindex' can make it readable")
-        lost = self._lost + len(self._missing)
+            self.get_logger().error(f'cannot finish {self._bag.path}: {error}')
+            return True
         self.get_logger().info(
-            f'{self._bag.path}: {self._stopwatch.frames} frames, {self._bag.size / 1e6:.1f} MB, '
-            f'{lost} incomplete frames, {self._copies} copies left out'
+            f'{self._bag.path}: {counted(self._stopwatch.frames, "frame")}, '
+            f'{self._bag.size / 1e6:.1f} MB on disk, '
+            f'{counted(self._lost + len(self._missing), "incomplete frame")}, '
+            f'{counted(self._copies, "copy", "copies")} left out'
             + (f', {self._takes} takes' if self._takes > 1 else ''))
         self.get_logger().info(self._stopwatch.summary())
+        return False
 
 
 def main(args=None):
