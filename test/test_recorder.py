@@ -21,14 +21,17 @@ from flag_sim.nodes import messages
 from flag_sim.nodes.bag import Bag, RecordedTopics
 from flag_sim.nodes.frames import Tag
 from flag_sim.nodes.graph import Graph
+from flag_sim.nodes.parameters import BadParameter
 from flag_sim.nodes.recorder import counted, serialized_stamp
 import numpy as np
 import pytest
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.serialization import serialize_message
+from sensor_msgs.msg import Image
 from support.watch import eventually, Watcher
 
 FRAME = 10**9 // 25  # [ns]
+ZSTD_MAGIC = b'\x28\xb5\x2f\xfd'  # RFC 8878, 3.1.1
 
 
 def frame(take, index):
@@ -173,3 +176,69 @@ def test_the_summary_tells_what_is_on_the_disk(tmp_path, domain):
 def test_things_are_counted_in_words(number, words):
     """As people do."""
     assert counted(number, 'copy', 'copies') == words
+
+
+def play(graph, path, *arguments):
+    """Play a bag; return the exit status and what the player said."""
+    graph.start('player', '-p', f'path:={path}', *arguments)
+    status = graph.wait('player', 30.0)
+    return status, graph.log('player')
+
+
+def images_bag(path, images, compression='zstd'):
+    """Make a bag of images of 1.2 MB, one to a chunk; return its one mcap file."""
+    bag = Bag(path, 'mcap', compression)
+    bag.add_topic('/camera/image_raw', Image)
+    noise = np.random.default_rng(1).integers(0, 256, (400, 1000, 3), np.uint8)
+    for index in range(images):
+        bag.write('/camera/image_raw', index * FRAME,
+                  serialize_message(messages.image_message(index * FRAME, noise)))
+    bag.close()
+    return next(path.glob('*.mcap'))
+
+
+@pytest.mark.parametrize(('whole', 'said'), [
+    (0, 'nothing after 0 messages'), (2, 'nothing after 2 messages')])
+def test_a_damaged_chunk_ends_the_playing(tmp_path, domain, whole, said):
+    """What lies before it is played; the path, the reason and status 1 tell of the rest."""
+    file = images_bag(tmp_path / 'bag', 4)
+    frames = file.read_bytes().split(ZSTD_MAGIC)
+    assert len(frames) == 5
+    file.write_bytes(b''.join(
+        part + (b'' if n == 4 else bytes(4) if n == whole else ZSTD_MAGIC)
+        for n, part in enumerate(frames)))
+    with Graph(tmp_path / 'log', domain) as graph:
+        status, log = play(graph, tmp_path / 'bag', '-p', 'topics:=[camera/image_raw]')
+    assert status == 1 and 'Traceback' not in log
+    assert f'path {tmp_path / "bag"}: cannot be read' in log and said in log
+
+
+@pytest.mark.parametrize('content', [
+    b'\xff\xfe\x00', b'rosbag2: [', b'', b'rosbag2_bagfile_information: {version: nine}'])
+def test_metadata_that_is_none_is_refused(tmp_path, content):
+    """Whatever a parser says of it, the bag and the reason are named."""
+    images_bag(tmp_path / 'bag', 1)
+    (tmp_path / 'bag' / 'metadata.yaml').write_bytes(content)
+    with pytest.raises(BadParameter, match=f'path {tmp_path / "bag"}: cannot be read, '):
+        RecordedTopics(tmp_path / 'bag')
+
+
+def test_a_bag_whose_recorder_was_killed_says_what_helps(tmp_path):
+    """It lacks the metadata that are written last."""
+    images_bag(tmp_path / 'bag', 1)
+    (tmp_path / 'bag' / 'metadata.yaml').unlink()
+    helps = f"'{tmp_path / 'bag'}' is no finished bag.* 'ros2 bag reindex {tmp_path / 'bag'}' helps"
+    with pytest.raises(BadParameter, match=helps):
+        RecordedTopics(tmp_path / 'bag')
+
+
+def test_lockstep_plays_on_after_bytes_without_a_stamp(tmp_path, domain):
+    """A reset has none, and a recorder of somebody else's may have kept malformed bytes."""
+    bag = Bag(tmp_path / 'bag', 'mcap', 'none')
+    bag.add_topic('/parameters', ParameterEvent)
+    bag.write('/parameters', 0, b'\x00\x01\x00\x00')
+    bag.close()
+    with Graph(tmp_path / 'log', domain) as graph:
+        status, log = play(graph, tmp_path / 'bag', '-p', 'pace:=lockstep')
+    assert status == 0, log
+    assert 'parameters is not waited for: its 4 bytes are too few' in log

@@ -21,7 +21,7 @@ from flag_sim.nodes.parameters import BadParameter
 from flag_sim.nodes.topics import TOPICS
 
 try:
-    from rosbags.highlevel import AnyReader, AnyReaderError
+    from rosbags.highlevel import AnyReader
     from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
     from rosbags.rosbag2 import WriterError
     from rosbags.typesys import get_typestore, Stores
@@ -120,19 +120,42 @@ class RecordedTopics:
             raise BadParameter('path must name a bag: --ros-args -p path:=my_bag')
         if not Path(path).exists():
             raise BadParameter(f'path: there is no bag {str(path)!r}')
-        try:
+        if Path(path).is_dir() and not (Path(path) / 'metadata.yaml').exists():
+            raise BadParameter(
+                f'path: {str(path)!r} is no finished bag, it has no metadata.yaml. If its recorder '
+                f"was killed, 'ros2 bag reindex {path}' helps: mcap has kept all but its last "
+                'chunk, sqlite3 nothing')
+        self._path = path
+        with self._readable():
             self._reader = AnyReader([Path(path)])
             self._reader.open()
-        except (AnyReaderError, OSError, ValueError) as error:
-            raise BadParameter(f'path {path}: {error}') from None
         self.names = {topic: name for topic in sorted(self._reader.topics) for name in TOPICS
                       if topic.endswith('/' + name.lstrip('/'))}
 
     def messages(self, names):
-        """Yield (name, time in the bag [ns], serialised message) of the topics `names`."""
+        """
+        Yield (name, time in the bag [ns], serialised message) of the topics `names`.
+
+        Raises BadParameter where the bag is damaged.
+        """
         wanted = [c for c in self._reader.connections if self.names.get(c.topic) in names]
-        for connection, at, data in self._reader.messages(wanted):
+        messages = self._reader.messages(wanted)
+        while True:
+            with self._readable():
+                message = next(messages, None)
+            if message is None:
+                return
+            connection, at, data = message
             yield self.names[connection.topic], at, bytes(data)
+
+    @contextlib.contextmanager
+    def _readable(self):
+        """Raise BadParameter, naming the bag, for whatever the library says of its bytes."""
+        try:
+            yield
+        except Exception as error:  # of YAML, of zstd, of MCAP, of SQLite, of the disk
+            reason = f'{type(error).__name__}: {error}'
+            raise BadParameter(f'path {self._path}: cannot be read, {reason}') from None
 
     def close(self):
         """Close the bag."""
