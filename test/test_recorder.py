@@ -227,9 +227,10 @@ def test_a_bag_whose_recorder_was_killed_says_what_helps(tmp_path):
     """It lacks the metadata that are written last."""
     images_bag(tmp_path / 'bag', 1)
     (tmp_path / 'bag' / 'metadata.yaml').unlink()
-    helps = f"'{tmp_path / 'bag'}' is no finished bag.* 'ros2 bag reindex {tmp_path / 'bag'}' helps"
+    bag = tmp_path / 'bag'
+    helps = f"'{bag}' is no finished bag.* 'ros2 bag reindex {bag}' helps: mcap has kept"
     with pytest.raises(BadParameter, match=helps):
-        RecordedTopics(tmp_path / 'bag')
+        RecordedTopics(bag)
 
 
 def test_lockstep_plays_on_after_bytes_without_a_stamp(tmp_path, domain):

@@ -122,9 +122,9 @@ class RecordedTopics:
             raise BadParameter(f'path: there is no bag {str(path)!r}')
         if Path(path).is_dir() and not (Path(path) / 'metadata.yaml').exists():
             raise BadParameter(
-                f'path: {str(path)!r} is no finished bag, it has no metadata.yaml. If its recorder '
-                f"was killed, 'ros2 bag reindex {path}' helps: mcap has kept all but its last "
-                'chunk, sqlite3 nothing')
+                f'path: {str(path)!r} is no finished bag, it has no metadata.yaml. If its '
+                f"recorder was killed, 'ros2 bag reindex {path}' helps: mcap has kept all but its "
+                'last chunk, sqlite3 nothing')
         self._path = path
         with self._readable():
             self._reader = AnyReader([Path(path)])
