@@ -223,6 +223,15 @@ def test_metadata_that_is_none_is_refused(tmp_path, content):
         RecordedTopics(tmp_path / 'bag')
 
 
+def test_a_number_that_is_none_in_the_metadata_is_refused(tmp_path):
+    """Where the library meets it only after it has opened the bag."""
+    images_bag(tmp_path / 'bag', 1)
+    metadata = tmp_path / 'bag' / 'metadata.yaml'
+    metadata.write_text(metadata.read_text().replace('message_count: 1', 'message_count: one'))
+    with pytest.raises(BadParameter, match=f'path {tmp_path / "bag"}: cannot be read, TypeError'):
+        RecordedTopics(tmp_path / 'bag')
+
+
 def test_a_bag_whose_recorder_was_killed_says_what_helps(tmp_path):
     """It lacks the metadata that are written last."""
     images_bag(tmp_path / 'bag', 1)

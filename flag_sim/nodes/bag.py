@@ -129,7 +129,8 @@ class RecordedTopics:
         with self._readable():
             self._reader = AnyReader([Path(path)])
             self._reader.open()
-        self.names = {topic: name for topic in sorted(self._reader.topics) for name in TOPICS
+            topics = sorted(self._reader.topics)
+        self.names = {topic: name for topic in topics for name in TOPICS
                       if topic.endswith('/' + name.lstrip('/'))}
 
     def messages(self, names):
