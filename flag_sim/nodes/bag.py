@@ -13,13 +13,15 @@
 # limitations under the License.
 
 """Bags, written and read by the rosbags library; the real rosbag2 reads and plays them too."""
+import contextlib
 from pathlib import Path
+import sqlite3
 
 from flag_sim.nodes.parameters import BadParameter
 from flag_sim.nodes.topics import TOPICS
 
 try:
-    from rosbags.highlevel import AnyReader, AnyReaderError
+    from rosbags.highlevel import AnyReader
     from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
     from rosbags.rosbag2 import WriterError
     from rosbags.typesys import get_typestore, Stores
@@ -27,6 +29,7 @@ except ImportError:
     Writer = None
 
 
+NOTHING_KEPT = 'sqlite3 keeps nothing of a bag that is not finished'
 NO_ROSBAGS = "bags need rosbags: pip install 'flag_sim[record]'"
 
 
@@ -45,7 +48,8 @@ class Bag:
         if compression != 'none' and storage != 'mcap':
             raise BadParameter(f'compression {compression} needs storage mcap, not {storage}')
         self.path = Path(path)
-        self.size = 0
+        self._storage = storage
+        self._is_aborted = False
         self._types = get_typestore(Stores.ROS2_KILTED)
         self._connections = {}
         try:
@@ -54,7 +58,7 @@ class Bag:
             if compression == 'zstd':
                 self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
             self._writer.open()
-        except (WriterError, OSError) as error:
+        except (WriterError, OSError, sqlite3.Error) as error:
             raise BadParameter(f'path {self.path}: {error}') from None
 
     def add_topic(self, topic, message_type):
@@ -65,12 +69,40 @@ class Bag:
 
     def write(self, topic, time, data):
         """Write a serialised message at `time` [ns]; raises OSError where the disk is full."""
-        self._writer.write(self._connections[topic], time, data)
-        self.size += len(data)
+        try:
+            self._writer.write(self._connections[topic], time, data)
+        except sqlite3.Error as error:  # what was written before is rolled back
+            self._abort()
+            raise OSError(f'{error}; {NOTHING_KEPT}') from None
 
     def close(self):
-        """Finish the file and its metadata; raises OSError where the disk is full."""
-        self._writer.close()
+        """
+        Finish the file and its metadata.
+
+        Raises OSError, which says what helps, where the disk is full or the bag is gone.
+        """
+        if not self.path.exists():
+            self._abort()
+            raise OSError('the folder is gone, and what was recorded with it')
+        if self._is_aborted:
+            raise OSError(NOTHING_KEPT)
+        try:
+            self._writer.close()
+        except (OSError, sqlite3.Error) as error:
+            self._abort()
+            raise OSError(f'{error}; ' + (
+                f"'ros2 bag reindex {self.path}' can make it readable"
+                if self._storage == 'mcap' else NOTHING_KEPT)) from None
+
+    @property
+    def size(self):
+        """Return how much of the disk the bag takes [bytes]."""
+        return sum(file.stat().st_size for file in self.path.iterdir())
+
+    def _abort(self):
+        self._is_aborted = True
+        with contextlib.suppress(OSError, sqlite3.Error):
+            self._writer.abort()
 
 
 class RecordedTopics:
@@ -88,19 +120,43 @@ class RecordedTopics:
             raise BadParameter('path must name a bag: --ros-args -p path:=my_bag')
         if not Path(path).exists():
             raise BadParameter(f'path: there is no bag {str(path)!r}')
-        try:
+        if Path(path).is_dir() and not (Path(path) / 'metadata.yaml').exists():
+            raise BadParameter(
+                f'path: {str(path)!r} is no finished bag, it has no metadata.yaml. If its '
+                f"recorder was killed, 'ros2 bag reindex {path}' helps: mcap has kept all but its "
+                'last chunk, sqlite3 nothing')
+        self._path = path
+        with self._readable():
             self._reader = AnyReader([Path(path)])
             self._reader.open()
-        except (AnyReaderError, OSError, ValueError) as error:
-            raise BadParameter(f'path {path}: {error}') from None
-        self.names = {topic: name for topic in sorted(self._reader.topics) for name in TOPICS
+            topics = sorted(self._reader.topics)
+        self.names = {topic: name for topic in topics for name in TOPICS
                       if topic.endswith('/' + name.lstrip('/'))}
 
     def messages(self, names):
-        """Yield (name, time in the bag [ns], serialised message) of the topics `names`."""
+        """
+        Yield (name, time in the bag [ns], serialised message) of the topics `names`.
+
+        Raises BadParameter where the bag is damaged.
+        """
         wanted = [c for c in self._reader.connections if self.names.get(c.topic) in names]
-        for connection, at, data in self._reader.messages(wanted):
+        messages = self._reader.messages(wanted)
+        while True:
+            with self._readable():
+                message = next(messages, None)
+            if message is None:
+                return
+            connection, at, data = message
             yield self.names[connection.topic], at, bytes(data)
+
+    @contextlib.contextmanager
+    def _readable(self):
+        """Raise BadParameter, naming the bag, for whatever the library says of its bytes."""
+        try:
+            yield
+        except Exception as error:  # of YAML, of zstd, of MCAP, of SQLite, of the disk
+            reason = f'{type(error).__name__}: {error}'
+            raise BadParameter(f'path {self._path}: cannot be read, {reason}') from None
 
     def close(self):
         """Close the bag."""

@@ -70,7 +70,8 @@ def run(make_node, args=None):
     Run the node that `make_node` makes until it ends or is told to; return the exit status.
 
     The node has `ended`, a future that gets its exit status once it has ended by itself, and
-    `close`, called however the node ends. SIGINT and SIGTERM end it with status 0.
+    `close`, called however the node ends; where it returns True, something could not be finished,
+    and the status is 1. SIGINT and SIGTERM else end it with status 0.
     """
     arguments = sys.argv if args is None else args
     keep_memory()
@@ -93,8 +94,8 @@ def run(make_node, args=None):
                 executor.add_node(node)
                 executor.spin_until_future_complete(stop)
             finally:
-                node.close()
-            return stop.result()
+                is_unfinished = node.close()
+            return 1 if is_unfinished else stop.result()
     except BadParameter as error:
         print(f'refused: {error}', file=sys.stderr)
         return 1

@@ -45,10 +45,11 @@ class Player(DialNode):
         self._bag = RecordedTopics(self.values['path'])
         self._out = {name: publish(self, name) for name in self._chosen()}
         self._messages = self._bag.messages(self._out)
-        self._next = next(self._messages, None)
+        self._stopwatch = Stopwatch()
+        self._status = 0
+        self._next = self._read()
         self._start = None  # (steady time [s], time in the bag [ns]) of the first message
         self._flight = Delivery(self, self._send_again, self._on_done)
-        self._stopwatch = Stopwatch()
         self._timer = None
         self._arm(0.0)
         self.get_logger().info(f'playing {", ".join(self._out)} of {self.values["path"]}, '
@@ -68,6 +69,16 @@ class Player(DialNode):
                                f'it has {", ".join(sorted(present)) or "none of ours"}')
         return asked
 
+    def _read(self):
+        """Return the bag's next message, or None; where it is damaged it ends, with status 1."""
+        try:
+            return next(self._messages, None)
+        except BadParameter as error:
+            self.get_logger().error(f'{error}; nothing after {self._stopwatch.frames} messages of '
+                                    f'{next(iter(self._out))} is played')
+            self._status = 1
+            return None
+
     def _arm(self, seconds):
         """Look again after `seconds`."""
         if self._timer is not None:
@@ -85,7 +96,7 @@ class Player(DialNode):
             self._send_due(now)
         if self._next is None and not len(self._flight) and not self.ended.done():
             self.get_logger().info('the bag is over')
-            self.ended.set_result(0)
+            self.ended.set_result(self._status)
 
     def _send_due(self, now):
         """Send what is due by the clock; then wait for the next."""
@@ -108,7 +119,11 @@ class Player(DialNode):
         sent = []
         while self._next is not None and self._next[1] == at:
             sent.append(self._send())
-        stamp = serialized_stamp(sent[-1][1])
+        try:
+            stamp = serialized_stamp(sent[-1][1])
+        except ValueError as error:
+            self.get_logger().warning(f'{sent[-1][0]} is not waited for: {error}')
+            return
         self._flight.send(Tag(stamp, None, stamp, stamp), sent, self.values['wait_for'], now)
 
     def _send(self):
@@ -116,7 +131,7 @@ class Player(DialNode):
         with self._stopwatch.share('publish'):
             self._out[name].publish(data)
         self._stopwatch.frames += name == next(iter(self._out))
-        self._next = next(self._messages, None)
+        self._next = self._read()
         return name, data
 
     def _send_again(self, frame):

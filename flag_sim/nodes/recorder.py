@@ -33,6 +33,7 @@ from rclpy.serialization import deserialize_message
 
 REMEMBERED = 1024  # frames of which copies are recognised
 TAKE_GAP = 100_000_000  # time in the bag between two takes [ns]
+LATEST = 2**63 - 1  # that rosbag2 can hold, as its times are signed [ns]
 # Its last word may be lost, so a recorder that has all its frames goes on answering until the
 # wind is gone or has not asked again for so long [s].
 LINGER = 3.0
@@ -42,10 +43,18 @@ def serialized_stamp(data):
     """
     Return the stamp [ns] of a serialised message that begins with a Time or a Header.
 
-    CDR: four bytes that say the byte order, then the seconds and the nanoseconds.
+    CDR: four bytes that say the byte order, then the seconds and the nanoseconds. Raises
+    ValueError for a message that is too short for them.
     """
+    if len(data) < 12:
+        raise ValueError(f'its {len(data)} bytes are too few for a stamp')
     seconds, nanoseconds = struct.unpack_from('<iI' if data[1] & 1 else '>iI', data, 4)
     return seconds * 10**9 + nanoseconds
+
+
+def counted(number, noun, plural=''):
+    """Return a number of things in words."""
+    return f'{number} {noun if number == 1 else plural or noun + "s"}'
 
 
 class Recorder(DialNode):
@@ -64,6 +73,9 @@ class Recorder(DialNode):
         unknown = [name for name in self.values['topics'] if name not in known]
         if unknown:
             raise BadParameter(f'topics: {unknown[0]!r} is not one of {", ".join(known)}')
+        doubles = [name for name, n in collections.Counter(self.values['topics']).items() if n > 1]
+        if doubles:
+            raise BadParameter(f'topics: each is named once, but {doubles[0]!r} more often')
         path = self.values['path'] or datetime.datetime.now().strftime('rosbag2_%Y_%m_%d-%H_%M_%S')
         self._bag = Bag(path, self.values['storage'], self.values['compression'])
         self._every_frame = {t for t in self.values['topics'] if TOPICS[t].every_frame}
@@ -79,7 +91,8 @@ class Recorder(DialNode):
         for name in self.values['topics']:
             self._record(name)
         if 'parameters' not in self.values['topics']:
-            subscribe(self, 'parameters', self._follow_takes, raw=True)
+            subscribe(self, 'parameters', self._refusing('parameters', self._follow_takes),
+                      raw=True)
         self._waiting = Waiting(self, self._lacking, lambda: self._stopwatch.frames)
         self.get_logger().info(f'recording {", ".join(self.values["topics"])} into {path}')
 
@@ -87,25 +100,45 @@ class Recorder(DialNode):
         topic = self.resolve_topic_name(name)
         self._bag.add_topic(topic, TOPICS[name].message)
 
-        def write(data):
+        def write(data, info):
             if name == 'parameters':
-                self._follow_takes(data)
+                self._follow_takes(data, info)
             self._write(name, topic, data)
-        subscribe(self, name, write, raw=True)
+        subscribe(self, name, self._refusing(name, write), raw=True)
 
-    def _follow_takes(self, data):
+    def _refusing(self, name, take_in):
+        """Return `take_in(data, info)` that tells of the ValueErrors it raises, and goes on."""
+        def guarded(data, info):
+            try:
+                take_in(data, info)
+            except ValueError as error:
+                reason = f'a message on {name} is not recorded: {error}'
+                if self._refusals.is_worth_saying(reason, time.monotonic()):
+                    self.get_logger().warning(reason)
+        return guarded
+
+    def _follow_takes(self, data, info):
         """Notice when the shot begins anew: its stamps then are no copies of the earlier ones."""
         try:
-            tag, _, _ = messages.read_parameters(deserialize_message(data, ParameterEvent))
+            message = deserialize_message(data, ParameterEvent)
+        except RuntimeError:  # of the middleware; it names a line in its source
+            raise ValueError(f'its {len(data)} bytes are no ParameterEvent') from None
+        try:
+            tag, _, _ = messages.read_parameters(message)
         except ValueError:
             return  # physics refuses it and says so; here it is only recorded
-        if tag.take is None or self._order.arrive(tag) is not Arrival.RESTART:
+        if tag.take is None:
+            return
+        arrival = self._order.arrive(tag, bytes(info['publisher_gid']['data']))
+        while self._order.next_frame() is not None:
+            pass  # its turn is all the same here, but a take that is played again is known by it
+        if arrival is not Arrival.RESTART:
             return
         # Images of the first take may come before its parameters: they belong to it.
         if self._takes:
             self.get_logger().info(
-                f'another take begins, as the wind was reset or started again: it follows in '
-                f'{self._bag.path} after {self._stopwatch.frames} frames of earlier ones')
+                f'another take begins, as the wind was reset or another sender came: it follows '
+                f'in {self._bag.path} after {counted(self._stopwatch.frames, "frame")} before')
             self._offset = self._newest + TAKE_GAP
             self._lost += len(self._missing)
             self._missing.clear()
@@ -115,10 +148,10 @@ class Recorder(DialNode):
     def _write(self, name, topic, data):
         stamp = serialized_stamp(data)
         if stamp < 0:  # a bag counts its times from 0
-            reason = f'a message on {name} is not recorded: its stamp {stamp / 1e9} s is before 0'
-            if self._refusals.is_worth_saying(reason, time.monotonic()):
-                self.get_logger().warning(reason)
-            return
+            raise ValueError(f'its stamp {stamp / 1e9} s is before 0')
+        if stamp + self._offset > LATEST:
+            raise ValueError(f'its stamp {stamp / 1e9} s after {self._takes - 1} takes is later '
+                             f'than a bag can hold, {LATEST / 1e9} s')
         if name in self._every_frame:
             if stamp in self._whole:
                 self._copies += 1
@@ -187,22 +220,24 @@ class Recorder(DialNode):
 
     def _fail(self, error):
         self.get_logger().error(f'cannot write {self._bag.path}: {error}; the recording ends with '
-                                f'{self._stopwatch.frames} frames')
+                                f'{counted(self._stopwatch.frames, "frame")}')
         self.ended.set_result(1)
 
     def close(self):
-        """Close the bag and say what is in it and what is not."""
+        """Close the bag and say what is in it; return whether that could not be done."""
         try:
             self._bag.close()
         except OSError as error:
-            self.get_logger().error(f'cannot finish {self._bag.path}: {error}; '
-                                    "'ros2 bag reindex' can make it readable")
-        lost = self._lost + len(self._missing)
+            self.get_logger().error(f'cannot finish {self._bag.path}: {error}')
+            return True
         self.get_logger().info(
-            f'{self._bag.path}: {self._stopwatch.frames} frames, {self._bag.size / 1e6:.1f} MB, '
-            f'{lost} incomplete frames, {self._copies} copies left out'
+            f'{self._bag.path}: {counted(self._stopwatch.frames, "frame")}, '
+            f'{self._bag.size / 1e6:.1f} MB on disk, '
+            f'{counted(self._lost + len(self._missing), "incomplete frame")}, '
+            f'{counted(self._copies, "copy", "copies")} left out'
             + (f', {self._takes} takes' if self._takes > 1 else ''))
         self.get_logger().info(self._stopwatch.summary())
+        return False
 
 
 def main(args=None):
