@@ -26,7 +26,7 @@ class Dial:
 
     default: bool, int, float, str, or a list of float or str; its type is the parameter's type.
     low, high: inclusive range of a number, or of each number of a list.
-    choices: the texts that are allowed; empty allows any.
+    choices: the texts or whole numbers that are allowed; empty allows any.
     length: how many values a list must have; None allows any number.
     item: type of a list's values.
     fixed: True where the value counts only at the start of the node.
@@ -54,7 +54,7 @@ class Dial:
         kind = self.item if self.is_list else type(self.default)
         words = KINDS[kind]
         if self.choices:
-            words = f'one of {", ".join(self.choices)}'
+            words = f'one of {", ".join(map(str, self.choices))}'
         elif self.low is not None:
             low, high = (f'{end:g}' if kind is float else f'{end}'
                          for end in (self.low, self.high))

@@ -106,6 +106,9 @@ def _make_track(name, times, keys, types, laws):
     dial = target_dial(name)
     laws = laws or (_usual_law(dial),) * len(times)
     try:
+        for law in laws if dial.choices else ():
+            if law != 'step':
+                raise ValueError(f"law '{law}' cannot lead between {dial.rule}; use step")
         return Track(times, _accepted(dial, keys), laws, is_angle(dial))
     except (ValueError, TypeError, OverflowError) as error:
         raise ValueError(f"track '{name}': {error}") from None
