@@ -184,6 +184,24 @@ def test_a_gap_longer_than_max_gap_is_not_simulated(bench, capfd):
     assert not np.array_equal(bench.frame(1e9 + FRAME), before)
 
 
+def test_gaps_that_follow_one_another_are_told_once(bench, capfd):
+    """Once in WARN_EVERY; a rate below 1 / max_gap would fill the log."""
+    for n in range(10):
+        bench.frame(2.0 * n)
+    assert capfd.readouterr().err.count('more than max_gap') == 1
+
+
+def test_a_take_that_is_joined_in_the_middle_is_told(bench, capfd):
+    """As after a restart of the node; its film has a cloth at rest there. Once, not of frame 0."""
+    play(bench, 2)
+    assert 'joined' not in capfd.readouterr().err
+    for index in (7, 8):
+        bench.hear(messages.parameters_message(
+            '/wind', Tag(round(index * FRAME * 1e9), 2, index, index), WIND, {}))
+    assert capfd.readouterr().err.count(
+        'joined the take at frame 7: the cloth begins at rest there; reset for a whole take') == 1
+
+
 def test_the_longest_gap_that_can_be_allowed_is_simulated(bench):
     """An hour in one frame: softened, and in its bounds."""
     assert bench.put(max_gap=3600.0).successful
