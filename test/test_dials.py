@@ -78,6 +78,13 @@ def test_a_range_of_whole_numbers_is_told_in_whole_numbers():
     assert frames.rule == 'a whole number from 0 to 2147483647 [frames]'
 
 
+def test_a_list_is_told_as_a_list():
+    """Of any length, in the plural; of a fixed one, with it."""
+    assert Dial('l', [], 'names', item=str).rule == 'a list of texts'
+    assert Dial('t', [], 'times', 's', 0.0, 9.0).rule == 'a list of numbers from 0 to 9 [s]'
+    assert COLOR.rule == 'a list of 3 values, each a number from 0 to 255'
+
+
 @pytest.mark.parametrize('node', NODES)
 def test_defaults_obey_their_own_rules(node):
     """Every default is a legal value, and no name stands twice."""

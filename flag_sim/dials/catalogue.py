@@ -24,8 +24,10 @@ TURN = 2.0 * pi
 SCENE = (
     Dial('pole.height', 9.0, 'height of the pole without its tip', 'm', 0.1, 1000.0),
     Dial('pole.diameter', 0.1, 'diameter of the pole; radius of its tip', 'm', 0.001, 10.0),
-    Dial('flag.length', 0.0, 'hoist to fly; 0: one and a half times the width', 'm', 0.0, 100.0),
-    Dial('flag.width', 0.0, 'upper to lower edge; 0: a sixth of the pole', 'm', 0.0, 100.0),
+    Dial('flag.length', 0.0,
+         'hoist to fly, 0.001 at least; 0: one and a half times the width', 'm', 0.0, 100.0),
+    Dial('flag.width', 0.0,
+         'upper to lower edge, 0.001 at least; 0: a sixth of the pole', 'm', 0.0, 100.0),
     Dial('platform.side', 1.0, 'side of the platform, a square', 'm', 0.01, 100.0),
     Dial('platform.height', 0.3, 'height of the platform', 'm', 0.01, 100.0),
 )

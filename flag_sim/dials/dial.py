@@ -60,8 +60,8 @@ class Dial:
                          for end in (self.low, self.high))
             words += f' from {low} to {high}'
         if self.is_list:
-            count = '' if self.length is None else f'{self.length} values, '
-            words = f'a list of {count}each a {words}'
+            words = (f'a list of {self.length} values, each a {words}' if self.length else
+                     words.replace(KINDS[kind], f'a list of {KINDS[kind]}s', 1))
         else:
             words = words if self.choices else f'a {words}'
         return words + (f' [{self.unit}]' if self.unit else '')
