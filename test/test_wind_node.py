@@ -128,3 +128,23 @@ def test_an_event_of_no_known_type_is_left_out(domain, autokey):
         tag, _ = bench.step()
         assert tag.index == 1
         assert bench.node.values['tracks'] == (['physics.gravity'] if autokey == 'true' else [])
+
+
+@pytest.mark.parametrize('pace, said', [
+    ('realtime', 'realtime, sent at once, served by renderer'),
+    ('lockstep', 'lockstep, waiting for renderer')])
+def test_the_first_line_says_whether_frames_wait(domain, capfd, pace, said):
+    """In real time they do not."""
+    with Bench(domain, f'pace:={pace}'):
+        assert said in capfd.readouterr().err
+
+
+def test_a_slow_wind_names_who_is_still_starting(domain, capfd):
+    """While others compile it gets no processor itself; that is not all that stands still."""
+    with Bench(domain, 'resend_after:=0.05') as bench:
+        bench.node._send_due(time.monotonic())
+        time.sleep(0.2)
+        bench.node._send_due(time.monotonic())
+        bench.node._report()
+        said = capfd.readouterr().err
+        assert 'the wind itself was too slow; still waiting for renderer (no such' in said
