@@ -15,6 +15,7 @@
 """The physics node given what is wrong, and time and dials that jump: it refuses or goes on."""
 from dataclasses import replace
 import math
+import os
 import re
 import time
 
@@ -25,6 +26,7 @@ from flag_sim.nodes.frames import Tag
 from flag_sim.nodes.parameters import BadParameter
 from flag_sim.nodes.physics import Physics
 from flag_sim.nodes.readout import ERROR, OK
+from flag_sim.nodes.renderer import Renderer
 import numpy as np
 import pytest
 import rclpy
@@ -284,6 +286,19 @@ def test_threads_are_fixed_at_the_start_and_change_no_bit(domain):
         assert bench.frame(COUNT * FRAME, keyed={'physics.threads': 1}) is None
         bench.close()
     assert np.array_equal(positions, library(COUNT))
+
+
+@pytest.mark.parametrize('node', [Physics, Renderer])
+@pytest.mark.parametrize('threads', [2, 3])
+def test_threads_beyond_the_processors_are_warned_of(domain, capfd, monkeypatch, node, threads):
+    """Once at the start, with both numbers: they take turns, and each frame waits for all."""
+    monkeypatch.setattr(os, 'sched_getaffinity', lambda pid: {0, 1})
+    with rclpy.init(args=['--ros-args', '-p', f'threads:={threads}'], domain_id=domain):
+        node().destroy_node()
+    said = capfd.readouterr().err
+    warning = 'threads = 3 is more than this process has processors, 2: frames take longer'
+    assert said.count(warning) == (threads > 2)
+    assert said.count('is more than this process') == (threads > 2)
 
 
 def test_a_gap_made_by_compiling_is_not_blamed_on_others(bench, capfd, monkeypatch):

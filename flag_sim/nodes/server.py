@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """What physics and renderer have in common: a frame arrives, they work, they publish."""
+import os
 import time
 
 from flag_sim.nodes import messages
@@ -44,6 +45,11 @@ class FrameServer(DialNode):
         # The network cannot deliver before it is spun, and it is spun only once all is ready.
         subscribe(self, 'parameters', self._on_parameters)
         self._readout = Readout(self, self._status)
+        processors = len(os.sched_getaffinity(0))
+        if self.values['threads'] > processors:
+            self.get_logger().warning(
+                f'threads = {self.values["threads"]} is more than this process has processors, '
+                f'{processors}: frames take longer than with {processors}')
 
     def check_wind(self, wind):
         """Raise ValueError for a wind (3,) [m/s] that the node cannot work with."""
