@@ -17,12 +17,13 @@ import re
 import signal
 import time
 
-from flag_sim.nodes import complaints, messages
+from flag_sim.nodes import complaints, messages, renderer as renderer_module
 from flag_sim.nodes.complaints import Refusals, Waiting
 from flag_sim.nodes.frames import FrameOrder, Tag
 from flag_sim.nodes.graph import Graph
 from flag_sim.nodes.life import compiling
 from flag_sim.nodes.renderer import Renderer
+from flag_sim.nodes.topics import publish
 import pytest
 import rclpy
 from support.flags import wave
@@ -152,6 +153,33 @@ def test_vertices_that_are_not_drawn_say_why(tmp_path, domain):
         eventually(lambda: send() or done, watcher)
         eventually(lambda: send() or 'frames are served again' in graph.log('renderer'), watcher,
                    3.0)
+
+
+def test_two_publishers_of_vertices_are_told_once(domain, capfd, monkeypatch):
+    """As where physics was started twice: each cloth has a history of its own."""
+    monkeypatch.setattr(renderer_module, 'LOOK_AGAIN', 0.05)
+    with rclpy.init(domain_id=domain):
+        renderer = Renderer()
+        physics = [rclpy.create_node(name) for name in ('physics', 'other')]
+
+        def spin_until(is_done):
+            end = time.monotonic() + 10.0
+            while not is_done() and time.monotonic() < end:
+                rclpy.spin_once(renderer, timeout_sec=0.05)
+        publish(physics[0], 'vertices')
+        spin_until(lambda: renderer.count_publishers('vertices') == 1)
+        for _ in range(10):
+            rclpy.spin_once(renderer, timeout_sec=0.05)
+        assert 'publishers of vertices' not in capfd.readouterr().err
+        publish(physics[1], 'vertices')
+        heard = []
+        spin_until(lambda: heard.append(capfd.readouterr().err) or 'publishers' in heard[-1])
+        assert '2 publishers of vertices (other, physics)' in heard[-1]
+        for _ in range(10):
+            rclpy.spin_once(renderer, timeout_sec=0.05)
+        assert 'publishers of vertices' not in capfd.readouterr().err
+        for node in (renderer, *physics):
+            node.destroy_node()
 
 
 def test_frames_without_vertices_are_not_kept_for_ever(domain):

@@ -28,6 +28,7 @@ from flag_sim.drawing.camera import Camera
 from flag_sim.drawing.light import Light
 from flag_sim.drawing.picture import Materials, Style
 from flag_sim.drawing.scene import Scene
+from flag_sim.drawing.style import SAMPLES
 from flag_sim.study.search import CHOSEN
 import pytest
 
@@ -41,6 +42,7 @@ COLOR = Dial('c', [1.0, 2.0, 3.0], 'a colour', '', 0.0, 255.0, length=3)
     (Dial('k', 3, 'count', '', 0, 9), 9, 9),
     (Dial('b', False, 'switch'), True, True),
     (Dial('w', 'a', 'word', choices=('a', 'b')), 'b', 'b'),
+    (Dial('s', 1, 'some', choices=(1, 4)), 4, 4),
     (Dial('l', [], 'names', item=str), ['x', 'y'], ['x', 'y']),
 ])
 def test_good_values_come_back_in_the_dials_type(dial, value, expected):
@@ -55,6 +57,8 @@ def test_good_values_come_back_in_the_dials_type(dial, value, expected):
     (NUMBER, 'one'), (NUMBER, True), (NUMBER, None), (NUMBER, [1.0]),
     (COLOR, [1.0, 2.0]), (COLOR, [1.0, 2.0, 256.0]), (COLOR, 'red'), (COLOR, 4),
     (Dial('k', 3, 'count', '', 0, 9), 2.5), (Dial('k', 3, 'count', '', 0, 9), 10),
+    (Dial('s', 1, 'some', choices=(1, 4)), 2), (Dial('s', 1, 'some', choices=(1, 4)), True),
+    (Dial('s', 1, 'some', choices=(1, 4)), 4.0), (Dial('s', 1, 'some', choices=(1, 4)), '4'),
     (Dial('b', False, 'switch'), 1), (Dial('w', 'a', 'word', choices=('a', 'b')), 'c'),
     (NUMBER, array.array('d', [1.0])), (COLOR, array.array('d', [1.0])),
     (Dial('l', [], 'names', item=str), [1]), (Dial('l', [], 'names', item=str), 'x'),
@@ -74,6 +78,13 @@ def test_a_range_of_whole_numbers_is_told_in_whole_numbers():
     assert frames.rule == 'a whole number from 0 to 2147483647 [frames]'
 
 
+def test_a_list_is_told_as_a_list():
+    """Of any length, in the plural; of a fixed one, with it."""
+    assert Dial('l', [], 'names', item=str).rule == 'a list of texts'
+    assert Dial('t', [], 'times', 's', 0.0, 9.0).rule == 'a list of numbers from 0 to 9 [s]'
+    assert COLOR.rule == 'a list of 3 values, each a number from 0 to 255'
+
+
 @pytest.mark.parametrize('node', NODES)
 def test_defaults_obey_their_own_rules(node):
     """Every default is a legal value, and no name stands twice."""
@@ -83,12 +94,14 @@ def test_defaults_obey_their_own_rules(node):
         assert dial.accept(dial.default) == dial.default
 
 
-def test_every_solver_law_and_precision_can_be_chosen():
+def test_every_solver_law_precision_and_number_of_samples_can_be_chosen():
     """The choices of the node are those of the library."""
     physics = {dial.name: dial for dial in NODES['physics']}
     assert set(physics['solver'].choices) == set(SOLVERS)
     assert set(physics['air.law'].choices) == set(LAWS)
     assert physics['precision'].choices == PRECISIONS
+    renderer = {dial.name: dial for dial in NODES['renderer']}
+    assert renderer['samples'].choices == SAMPLES
 
 
 def test_defaults_are_those_of_the_library():

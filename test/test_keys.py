@@ -58,7 +58,7 @@ def test_angles_take_the_short_way_and_stay_in_range():
 
 
 @pytest.mark.parametrize('track, parts, rule', [
-    ('sun__speed', ([0.0], [1.0], None), 'must begin with one of wind, physics'),
+    ('sun__speed', ([0.0], [1.0], None), 'one of wind, physics, renderer and a dot'),
     ('physics__colour', ([0.0], [1.0], None), "/physics has no parameter 'colour'"),
     ('wind__rate', ([0.0], [30.0], None), 'cannot be keyed'),
     ('recorder__path', ([0.0], ['x'], None), 'cannot be keyed'),
@@ -70,6 +70,10 @@ def test_angles_take_the_short_way_and_stay_in_range():
     ('wind__speed', ([], [], None), 'at least one key'),
     ('wind__speed', ([0.0], ['fast'], None), "not 'fast'"),
     ('physics__grid__rows', ([0.0], [2.5], None), 'not 2.5'),
+    ('renderer__samples', ([0.0, 1.0], [1.0, 5.0], None), 'one of 1, 4, 8, 16, not 5'),
+    ('renderer__samples', ([0.0, 1.0], [1.0, 4.0], ['linear', 'step']),
+     "'linear' cannot lead between one of 1, 4, 8, 16; use step"),
+    ('renderer__shading', ([0.0, 1.0], ['flat', 'gouraud'], ['linear', 'step']), 'use step'),
     ('renderer__flag__color', ([0.0], [1.0, 2.0], None), '3 numbers a key, not 2'),
     ('wind__speed', ([0.0], None, None), 'needs keys.wind.speed.times'),
 ])

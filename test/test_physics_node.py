@@ -15,6 +15,7 @@
 """The physics node given what is wrong, and time and dials that jump: it refuses or goes on."""
 from dataclasses import replace
 import math
+import os
 import re
 import time
 
@@ -24,6 +25,8 @@ from flag_sim.nodes import messages
 from flag_sim.nodes.frames import Tag
 from flag_sim.nodes.parameters import BadParameter
 from flag_sim.nodes.physics import Physics
+from flag_sim.nodes.readout import ERROR, OK
+from flag_sim.nodes.renderer import Renderer
 import numpy as np
 import pytest
 import rclpy
@@ -94,9 +97,7 @@ def test_a_wind_that_is_none_is_refused_and_nothing_is_lost(bench, capfd, wind):
     ({'grid.rows': 5.0}, 'not 5.0'),
     ({'solver': 'magic'}, "not 'magic'"),
     ({'stiffness': 'soft'}, "not 'soft'"),
-    ({'colour': 3.0}, "no parameter 'colour'"),
-    ({'flag.length': 1e-5}, 'flag.length must be between 0.001'),
-    ({'pole.diameter': 9.0}, 'must be less than pole.height')], ids=str)
+    ({'colour': 3.0}, "no parameter 'colour'")], ids=str)
 def test_a_keyed_value_that_is_none_is_refused_and_nothing_is_lost(bench, capfd, keyed, rule):
     """The whole message is refused, with the rule and the value, and can be sent again right."""
     play(bench, 6)
@@ -108,6 +109,34 @@ def test_a_keyed_value_that_is_none_is_refused_and_nothing_is_lost(bench, capfd,
     assert 'a message on parameters is refused' in said and rule in said
     bench.hear(right)
     assert np.array_equal(play(bench, COUNT - 7, 7), library(COUNT))
+
+
+@pytest.mark.parametrize('keyed, rule', [
+    ({'flag.length': 1e-5}, 'flag.length must be between 0.001 and 10000, not 1e-05'),
+    ({'pole.diameter': 9.0}, 'pole.diameter 9 m must be less than pole.height 9 m')], ids=str)
+def test_keyed_values_that_cannot_stand_together_are_left_out_and_frames_go_on(
+        bench, capfd, keyed, rule):
+    """The frame is answered, or lockstep would send it for ever; said once, shown in `state`."""
+    wrong = {f'physics.{name}': value for name, value in keyed.items()}
+    assert bench.frame(0.0, keyed=wrong) is not None
+    for n in range(1, 6):
+        bench.frame(n * FRAME, keyed=wrong)
+    said = capfd.readouterr().err
+    assert said.count('keyed values are not used, the frame keeps those before: ' + rule) == 1
+    level, message, _ = bench.node._status()
+    assert level == ERROR and rule in message
+    assert np.array_equal(play(bench, COUNT - 6, 6), library(COUNT))
+    assert bench.node._status()[0] == OK
+
+
+def test_a_frame_whose_values_cannot_stand_together_keeps_those_of_the_frame_before(bench):
+    """Not those of the parameters, from which it would jump back."""
+    cloth = Cloth()
+    cloth.gravity = 3.0
+    for n, diameter in enumerate((0.1, 0.1, 9.5, 9.5)):
+        positions = bench.frame(
+            n * FRAME, keyed={'physics.gravity': 3.0, 'physics.pole.diameter': diameter})
+    assert np.array_equal(positions, library(4, cloth))
 
 
 def test_no_number_may_be_none(bench, capfd):
@@ -155,6 +184,24 @@ def test_a_gap_longer_than_max_gap_is_not_simulated(bench, capfd):
     said = capfd.readouterr().err
     assert 'more than max_gap = 1 s: the cloth stands still over them; a greater max_gap' in said
     assert not np.array_equal(bench.frame(1e9 + FRAME), before)
+
+
+def test_gaps_that_follow_one_another_are_told_once(bench, capfd):
+    """Once in WARN_EVERY; a rate below 1 / max_gap would fill the log."""
+    for n in range(10):
+        bench.frame(2.0 * n)
+    assert capfd.readouterr().err.count('more than max_gap') == 1
+
+
+def test_a_take_that_is_joined_in_the_middle_is_told(bench, capfd):
+    """As after a restart of the node; its film has a cloth at rest there. Once, not of frame 0."""
+    play(bench, 2)
+    assert 'joined' not in capfd.readouterr().err
+    for index in (7, 8):
+        bench.hear(messages.parameters_message(
+            '/wind', Tag(round(index * FRAME * 1e9), 2, index, index), WIND, {}))
+    assert capfd.readouterr().err.count(
+        'joined the take at frame 7: the cloth begins at rest there; reset for a whole take') == 1
 
 
 def test_the_longest_gap_that_can_be_allowed_is_simulated(bench):
@@ -239,6 +286,19 @@ def test_threads_are_fixed_at_the_start_and_change_no_bit(domain):
         assert bench.frame(COUNT * FRAME, keyed={'physics.threads': 1}) is None
         bench.close()
     assert np.array_equal(positions, library(COUNT))
+
+
+@pytest.mark.parametrize('node', [Physics, Renderer])
+@pytest.mark.parametrize('threads', [2, 3])
+def test_threads_beyond_the_processors_are_warned_of(domain, capfd, monkeypatch, node, threads):
+    """Once at the start, with both numbers: they take turns, and each frame waits for all."""
+    monkeypatch.setattr(os, 'sched_getaffinity', lambda pid: {0, 1})
+    with rclpy.init(args=['--ros-args', '-p', f'threads:={threads}'], domain_id=domain):
+        node().destroy_node()
+    said = capfd.readouterr().err
+    warning = 'threads = 3 is more than this process has processors, 2: frames take longer'
+    assert said.count(warning) == (threads > 2)
+    assert said.count('is more than this process') == (threads > 2)
 
 
 def test_a_gap_made_by_compiling_is_not_blamed_on_others(bench, capfd, monkeypatch):

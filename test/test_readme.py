@@ -40,7 +40,7 @@ def rows_of(dials):
         if isinstance(default, bool):
             default = str(default).lower()
         if dial.choices:
-            legal = ', '.join(dial.choices)
+            legal = ', '.join(map(str, dial.choices))
         elif dial.low is None:
             legal = ''
         else:

@@ -22,6 +22,7 @@ from flag_sim.nodes.player import Player
 from flag_sim.nodes.wind import Wind
 import numpy as np
 import pytest
+from rcl_interfaces.msg import Parameter as ParameterMessage, ParameterEvent, ParameterValue
 import rclpy
 from rclpy.parameter import Parameter
 from std_msgs.msg import Empty
@@ -114,3 +115,36 @@ def test_who_never_says_frame_done_is_refused_at_the_start(domain, node, name):
     with rclpy.init(domain_id=domain, args=['--ros-args', '-p', f'wait_for:=[renderer, {name}]']):
         with pytest.raises(BadParameter, match=f'recorder or your own; {name} sends none'):
             node()
+
+
+@pytest.mark.parametrize('autokey', ['false', 'true'])
+def test_an_event_of_no_known_type_is_left_out(domain, autokey):
+    """Anybody can publish one; the wind goes on, and hears the others of the same message."""
+    with Bench(domain, 'paused:=true', f'autokey:={autokey}') as bench:
+        bench.step()
+        bench.hear('parameter_events', ParameterEvent(node='/physics', changed_parameters=[
+            ParameterMessage(name='stiffness', value=ParameterValue(type=77)),
+            ParameterMessage(name='gravity', value=ParameterValue(type=3, double_value=5.0))]))
+        tag, _ = bench.step()
+        assert tag.index == 1
+        assert bench.node.values['tracks'] == (['physics.gravity'] if autokey == 'true' else [])
+
+
+@pytest.mark.parametrize('pace, said', [
+    ('realtime', 'realtime, sent at once, served by renderer'),
+    ('lockstep', 'lockstep, waiting for renderer')])
+def test_the_first_line_says_whether_frames_wait(domain, capfd, pace, said):
+    """In real time they do not."""
+    with Bench(domain, f'pace:={pace}'):
+        assert said in capfd.readouterr().err
+
+
+def test_a_slow_wind_names_who_is_still_starting(domain, capfd):
+    """While others compile it gets no processor itself; that is not all that stands still."""
+    with Bench(domain, 'resend_after:=0.05') as bench:
+        bench.node._send_due(time.monotonic())
+        time.sleep(0.2)
+        bench.node._send_due(time.monotonic())
+        bench.node._report()
+        said = capfd.readouterr().err
+        assert 'the wind itself was too slow; still waiting for renderer (no such' in said

@@ -24,8 +24,10 @@ TURN = 2.0 * pi
 SCENE = (
     Dial('pole.height', 9.0, 'height of the pole without its tip', 'm', 0.1, 1000.0),
     Dial('pole.diameter', 0.1, 'diameter of the pole; radius of its tip', 'm', 0.001, 10.0),
-    Dial('flag.length', 0.0, 'hoist to fly; 0: one and a half times the width', 'm', 0.0, 100.0),
-    Dial('flag.width', 0.0, 'upper to lower edge; 0: a sixth of the pole', 'm', 0.0, 100.0),
+    Dial('flag.length', 0.0,
+         'hoist to fly, 0.001 at least; 0: one and a half times the width', 'm', 0.0, 100.0),
+    Dial('flag.width', 0.0,
+         'upper to lower edge, 0.001 at least; 0: a sixth of the pole', 'm', 0.0, 100.0),
     Dial('platform.side', 1.0, 'side of the platform, a square', 'm', 0.01, 100.0),
     Dial('platform.height', 0.3, 'height of the platform', 'm', 0.01, 100.0),
 )
@@ -126,7 +128,8 @@ RENDERER = (
     Dial('camera.elevation', -0.1, 'of the camera seen from the target', 'rad', -pi / 2, pi / 2),
     Dial('camera.roll', 0.0, 'turn about the line of sight', 'rad', -TURN, TURN),
     Dial('camera.near', 0.05, 'nothing nearer is drawn', 'm', 0.001, 1000.0),
-    Dial('samples', 1, '1: at pixel centres alone; 4, 8 or 16 more where edges are', '', 1, 16),
+    Dial('samples', 1, '1: at pixel centres alone; 4, 8 or 16 more where edges are',
+         choices=(1, 4, 8, 16)),
     Dial('shading', 'gouraud', 'light at vertices and between, or one per triangle',
          choices=('gouraud', 'flat')),
     Dial('interpolation', 'screen', 'of light between vertices: linear on the screen or in space',

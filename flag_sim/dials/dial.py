@@ -26,7 +26,7 @@ class Dial:
 
     default: bool, int, float, str, or a list of float or str; its type is the parameter's type.
     low, high: inclusive range of a number, or of each number of a list.
-    choices: the texts that are allowed; empty allows any.
+    choices: the texts or whole numbers that are allowed; empty allows any.
     length: how many values a list must have; None allows any number.
     item: type of a list's values.
     fixed: True where the value counts only at the start of the node.
@@ -54,14 +54,14 @@ class Dial:
         kind = self.item if self.is_list else type(self.default)
         words = KINDS[kind]
         if self.choices:
-            words = f'one of {", ".join(self.choices)}'
+            words = f'one of {", ".join(map(str, self.choices))}'
         elif self.low is not None:
             low, high = (f'{end:g}' if kind is float else f'{end}'
                          for end in (self.low, self.high))
             words += f' from {low} to {high}'
         if self.is_list:
-            count = '' if self.length is None else f'{self.length} values, '
-            words = f'a list of {count}each a {words}'
+            words = (f'a list of {self.length} values, each a {words}' if self.length else
+                     words.replace(KINDS[kind], f'a list of {KINDS[kind]}s', 1))
         else:
             words = words if self.choices else f'a {words}'
         return words + (f' [{self.unit}]' if self.unit else '')

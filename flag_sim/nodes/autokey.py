@@ -65,11 +65,13 @@ class Autokey:
             return
         for parameter in event.changed_parameters:
             track = f'{node}.{parameter.name}'
-            value = parameter_value_to_python(parameter.value)
             try:
                 dial = keys.target_dial(track)
+                value = parameter_value_to_python(parameter.value)
             except ValueError:
                 continue  # keys themselves, and what no track can animate
+            except RuntimeError:
+                continue  # a value of a type that ROS does not know, which anybody can publish
             old = self._known.get(track, dial.default)
             self._known[track] = value
             if self._node.values['autokey']:

@@ -31,7 +31,10 @@ import rclpy
 from tqdm import tqdm
 import yaml
 
-STALLED = 60.0  # without a new frame for so long the demo gives up; kernels compile in half [s]
+# Without a new frame for so long the demo gives up [s]. Kernels compile before the first one: in
+# half a minute, and in one on a machine that is busy.
+STALLED = 60.0
+FIRST_STALLED = 300.0
 
 
 class Progress:
@@ -52,6 +55,10 @@ class Progress:
         self.last = self.changed = time.monotonic()
         self.first = self.first or self.last
         self.bar.update()
+
+    def is_stalled(self, now):
+        """Return whether at steady time `now` [s] there is no hope for another frame."""
+        return now - self.changed > (STALLED if self.stamps else FIRST_STALLED)
 
     @property
     def frames_per_second(self):
@@ -80,7 +87,7 @@ def play(shot, frames, out):
                                'wait_for:=[renderer, recorder]')
             while wind.poll() is None and not graph.failed():
                 rclpy.spin_once(watcher, timeout_sec=0.1)
-                if time.monotonic() - progress.changed > STALLED:
+                if progress.is_stalled(time.monotonic()):
                     break
             graph.wait('recorder', 10.0)
             progress.bar.close()
@@ -91,6 +98,18 @@ def play(shot, frames, out):
             return progress.frames_per_second if is_whole else None
 
 
+def frames_of(path):
+    """Return the number of frames of a params file, or None where it is not a shot."""
+    wind = yaml.safe_load(path.read_text()).get('/wind', {})
+    return wind.get('ros__parameters', {}).get('frames')
+
+
+def shots():
+    """Return the names of the shots in config/."""
+    return sorted(path.stem for path in config_path('fastdds.xml').parent.glob('*.yaml')
+                  if frames_of(path))
+
+
 def main(args=None):
     """Play a shot, make its pictures, and say where they are."""
     parser = argparse.ArgumentParser(prog='demo', description=__doc__)
@@ -99,10 +118,10 @@ def main(args=None):
     options = parser.parse_args(args)
     try:
         shot = config_path(f'{options.shot}.yaml')
-        frames = yaml.safe_load(shot.read_text())['/wind']['ros__parameters']['frames']
-    except FileNotFoundError as error:
-        parser.error(str(error))
-    except (KeyError, TypeError):
+    except FileNotFoundError:
+        parser.error(f"no shot '{options.shot}' in config/; there are: {', '.join(shots())}")
+    frames = frames_of(shot)
+    if not frames:
         parser.error(f'{shot} is not a shot: it has no number of frames for /wind')
 
     out = options.out

@@ -24,6 +24,7 @@ from flag_sim.dials.catalogue import NODES, TURN
 PARTS = ('times', 'values', 'laws')
 # What of the wind node itself can be keyed: the wind, not the clock that plays it.
 WIND_KEYED = ('speed', 'azimuth', 'elevation', 'gust.intensity')
+KEYED_NODES = ('wind', 'physics', 'renderer')
 
 
 def key_name(track, part):
@@ -60,11 +61,12 @@ def target_dial(track):
     """Return the dial that a track animates; raise ValueError if it cannot be keyed."""
     node, _, name = track.partition('.')
     if node not in NODES:
-        raise ValueError(f"track '{track}' must begin with one of {', '.join(NODES)} and a dot")
+        raise ValueError(f"track '{track}' must begin with one of {', '.join(KEYED_NODES)} "
+                         'and a dot')
     dial = next((dial for dial in NODES[node] if dial.name == name), None)
     if dial is None:
         raise ValueError(f"track '{track}': /{node} has no parameter '{name}'")
-    if dial.fixed or node in ('recorder', 'player') or (dial.is_list and not dial.length) or (
+    if dial.fixed or node not in KEYED_NODES or (dial.is_list and not dial.length) or (
             node == 'wind' and name not in WIND_KEYED):
         raise ValueError(f"track '{track}': this parameter cannot be keyed")
     return dial
@@ -106,6 +108,9 @@ def _make_track(name, times, keys, types, laws):
     dial = target_dial(name)
     laws = laws or (_usual_law(dial),) * len(times)
     try:
+        for law in laws if dial.choices else ():
+            if law != 'step':
+                raise ValueError(f"law '{law}' cannot lead between {dial.rule}; use step")
         return Track(times, _accepted(dial, keys), laws, is_angle(dial))
     except (ValueError, TypeError, OverflowError) as error:
         raise ValueError(f"track '{name}': {error}") from None

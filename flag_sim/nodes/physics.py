@@ -101,6 +101,9 @@ class Physics(FrameServer):
         """Return the frame's PointCloud2."""
         begin = time.monotonic()
         kernels = kernels_of(self._applied)
+        if self._time is None and tag.take is not None and tag.index > 0:
+            self.get_logger().warning(f'joined the take at frame {tag.index}: the cloth begins at '
+                                      'rest there; reset for a whole take')
         if self._time is not None and tag.stamp < self._time:
             self.restart(tag)
         if values != self._applied:
@@ -133,10 +136,11 @@ class Physics(FrameServer):
 
     def _advance(self, dt, wind):
         if dt > self._applied['max_gap']:
-            self.get_logger().warning(
-                f'{dt:.3f} s between two frames is more than max_gap = '
-                f'{self._applied["max_gap"]:g} s: the cloth stands still over them; '
-                f'{self._cause_of_gap(dt)}')
+            gap = (f'{dt:.3f} s between two frames is more than max_gap = '
+                   f'{self._applied["max_gap"]:g} s: the cloth stands still over them; '
+                   f'{self._cause_of_gap(dt)}')
+            if self._refusals.is_worth_saying(gap, time.monotonic()):
+                self.get_logger().warning(gap)
         elif dt > 0.0:
             try:
                 self._plan = self._cloth.advance(dt, wind)

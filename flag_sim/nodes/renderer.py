@@ -30,6 +30,7 @@ import numpy as np
 # Vertices may come before the wind is discovered; only after this time does its absence mean
 # that they are played back alone, without parameters [s].
 GRACE = 1.0
+LOOK_AGAIN = 5.0  # how often a second sender of vertices is looked for [s]
 
 
 class Shot:
@@ -58,6 +59,7 @@ class Renderer(FrameServer):
         self._start = time.monotonic()
         subscribe(self, 'vertices', self._on_vertices)
         self._grace = self.create_timer(GRACE, self._end_grace)
+        self._several = self.create_timer(LOOK_AGAIN, self._look_for_several)
         self._waiting = Waiting(self, self._missing, lambda: self.stopwatch.frames)
         self.get_logger().info(
             f'{self.values["width"]} x {self.values["height"]} pixels, waiting for vertices')
@@ -116,11 +118,20 @@ class Renderer(FrameServer):
             return (f'{frame}: {senders} has not sent them, its log says why' if senders else
                     f'{frame}: nobody publishes them, is physics running?')
         # A single cloud may be a late copy; nobody plays that.
-        if len(self._clouds) > 1:
+        senders = publishers(self, 'parameters')
+        if len(self._clouds) > 1 and senders:  # without any, the next one is drawn alone
             return (f'parameters of the frame at {min(self._clouds) / 1e9:.3f} s, whose vertices '
-                    f'have come: {publishers(self, "parameters")} publishes parameters, but not '
+                    f'have come: {senders} publishes parameters, but not '
                     'of this frame; end it, and vertices are drawn alone')
         return ''
+
+    def _look_for_several(self):
+        """Warn, once, of several publishers of vertices."""
+        if self.count_publishers('vertices') > 1:
+            self.get_logger().warning(
+                f'{self.count_publishers("vertices")} publishers of vertices '
+                f'({publishers(self, "vertices")}): frames are drawn from one or the other')
+            self.destroy_timer(self._several)
 
     def _end_grace(self):
         self.destroy_timer(self._grace)

@@ -13,13 +13,14 @@
 # limitations under the License.
 
 """What physics and renderer have in common: a frame arrives, they work, they publish."""
+import os
 import time
 
 from flag_sim.nodes import messages
 from flag_sim.nodes.complaints import Refusals
 from flag_sim.nodes.frames import Arrival, FrameOrder
 from flag_sim.nodes.parameters import DialNode
-from flag_sim.nodes.readout import compute_time, OK, Readout
+from flag_sim.nodes.readout import compute_time, ERROR, OK, Readout
 from flag_sim.nodes.stopwatch import Stopwatch
 from flag_sim.nodes.topics import subscribe
 
@@ -39,9 +40,16 @@ class FrameServer(DialNode):
         self._inputs = {}   # (wind, values) by index, of frames that wait for their turn
         self._answers = {}  # (index, answer) by stamp, of frames that may be asked for again
         self._refusals = Refusals()
+        self._good = None   # values that the take's last frame was served with
+        self._clash = ''    # why keyed values of the last frame could not be used
         # The network cannot deliver before it is spun, and it is spun only once all is ready.
         subscribe(self, 'parameters', self._on_parameters)
         self._readout = Readout(self, self._status)
+        processors = len(os.sched_getaffinity(0))
+        if self.values['threads'] > processors:
+            self.get_logger().warning(
+                f'threads = {self.values["threads"]} is more than this process has processors, '
+                f'{processors}: frames take longer than with {processors}')
 
     def check_wind(self, wind):
         """Raise ValueError for a wind (3,) [m/s] that the node cannot work with."""
@@ -68,6 +76,8 @@ class FrameServer(DialNode):
 
     def _status(self):
         level, message, values = self.status()
+        if self._clash:
+            level, message = ERROR, self._clash
         return level, message, {'frames served': self.stopwatch.frames,
                                 **compute_time(self.stopwatch), **values}
 
@@ -86,10 +96,28 @@ class FrameServer(DialNode):
         prefix = f'{self.get_name()}.'
         own = {name.removeprefix(prefix): value for name, value in keyed.items()
                if name.startswith(prefix)}
-        own = {name: self.accept_change(name, value) for name, value in own.items()}
-        if own:
-            self.check({**self.values, **own})
-        return own
+        return {name: self.accept_change(name, value) for name, value in own.items()}
+
+    def _merge(self, keyed):
+        """
+        Return the values that a frame is served with: the node's own and, before them, the keyed.
+
+        Keyed values that are right one by one but cannot stand together, which the wind cannot
+        know, are told of, and the frame gets the values of the one before: refused, it would be
+        sent again for ever in lockstep.
+        """
+        values = {**self.values, **keyed}
+        self._clash = ''
+        if keyed:
+            try:
+                self.check(values)
+            except ValueError as error:
+                self._clash = f'keyed values are not used, the frame keeps those before: {error}'
+                if self._refusals.is_worth_saying(self._clash, time.monotonic()):
+                    self.get_logger().error(self._clash)
+                values = self._good or dict(self.values)
+        self._good = values
+        return values
 
     def take_frame(self, tag, wind, keyed, sender):
         """Put a frame where its turn will find it, and serve whatever can be served."""
@@ -97,6 +125,7 @@ class FrameServer(DialNode):
         if arrival is Arrival.RESTART:
             self._inputs.clear()
             self._answers.clear()
+            self._good = None
             self.restart(tag)
         if arrival in (Arrival.NEW, Arrival.RESTART):
             self._inputs[tag.index] = wind, keyed
@@ -113,7 +142,7 @@ class FrameServer(DialNode):
             wind, keyed = self._inputs.pop(tag.index)
             # What a user sets meanwhile counts from this frame on; keys count before it.
             with self.stopwatch.share('work'):
-                answer = self.work(tag, wind, {**self.values, **keyed})
+                answer = self.work(tag, wind, self._merge(keyed))
             self._answers[tag.stamp] = tag.index, answer
             self.stopwatch.frames += 1
             self.answer(tag.stamp, answer)

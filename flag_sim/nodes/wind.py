@@ -64,7 +64,9 @@ class Wind(AnimationNode):
         self._set_timer()
         self.create_timer(REPORT, self._report)
         self._readout = Readout(self, self._status)
-        self.get_logger().info(f'{self._plan()}, {self.values["pace"]}, waiting for '
+        # In real time frames leave whether or not anybody is there to serve them.
+        waits = ('sent at once, served by' if self.values['pace'] == 'realtime' else 'waiting for')
+        self.get_logger().info(f'{self._plan()}, {self.values["pace"]}, {waits} '
                                f'{", ".join(self.values["wait_for"]) or "nobody"}')
 
     def _plan(self):
@@ -244,7 +246,9 @@ class Wind(AnimationNode):
             late or ', '.join(self.values['wait_for']))] * bool(new['undone'])
         causes += [f'{new["skipped"]} not sent, the wind itself was too slow'] * bool(
             new['skipped'])
-        way_out = '' if late else '; a lower rate misses fewer, pace lockstep none'
+        way_out = '; a lower rate misses fewer, pace lockstep none'
+        if late:
+            way_out = '' if new['undone'] else f'; still waiting for {late}'
         self.get_logger().warning(
             f'{missed(new)} of the last {new["sent"] + new["skipped"]} frames were missed at '
             f'{self._pacer.rate:g} Hz: {", ".join(causes)}{way_out}')
