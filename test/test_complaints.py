@@ -109,16 +109,19 @@ def test_from_the_wind_on_each_log_names_the_next_node(tmp_path, domain, pace):
             eventually(lambda: 'physics has not sent them, its log says why'
                        in graph.log('renderer'), watcher, 5.0)
             eventually(lambda: 'renderer (its log says why)' in graph.log('wind'), watcher, 12.0)
+            stood = graph.log('wind')
         finally:
             physics.send_signal(signal.SIGCONT)
         heard = len(done)
         eventually(lambda: len(done) > heard + 20, watcher)
         eventually(lambda: graph.log('renderer').count('frames are served again') == 2, watcher,
                    2.0)
-        # One thing stood still: one frame is complained of, and not those behind it.
-        frames = re.findall(r'the frame at (\S+) s is not done: waiting for renderer \(its',
-                            graph.log('wind'))
-        assert len(set(frames)) <= 2  # before physics was there, and while it stood
+        # One thing stood still: one frame is complained of, and not the other two of the window.
+        # (A process that goes on may have lost a message: then one more, when it was missed.)
+        complaint = r'the frame at (\S+) s is not done: waiting for renderer \(its'
+        complained = [set(re.findall(complaint, log)) for log in (stood, graph.log('wind'))]
+        assert len(complained[0]) <= 2  # before physics was there, and while it stood
+        assert len(complained[1]) <= 3
         assert 'no such node' not in graph.log('wind').partition('is done')[2]
 
 
