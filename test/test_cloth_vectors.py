@@ -20,7 +20,7 @@ from flag_sim.cloth import bending, holds, Material, springs, wind
 from flag_sim.cloth.forces import Forcing, Work
 from flag_sim.cloth.mesh import Mesh, PRECISIONS
 from flag_sim.cloth.model import Model
-from flag_sim.cloth.solvers import (conjugate, euler, implicit, matrix, plate, rk4, seed,
+from flag_sim.cloth.solvers import (conjugate, euler, implicit, lines, matrix, plate, rk4, seed,
                                     symplectic, verlet, xpbd)
 from flag_sim.cloth.state import State
 from llvmlite.binding import get_host_cpu_features
@@ -58,10 +58,12 @@ def loops(precision):
         (verlet._kick, v, f, w, a, one, one),
         (rk4._begin, x, one, a, x_out),
         (rk4._stage, x, v, a, tuple(mesh.fields(3)), f, w, x_out, v_out, one, one, one),
-        (xpbd._predict, x, v, f, w, x_out, one, one),
-        (xpbd._set_velocity, x, x_out, v, one),
-        (plate._move, x, w, span[2], a),
-        (plate._set_twists, x, weights.cell, one, a),
+        (xpbd._predict, v, f, w, x_out, one, one),
+        (xpbd._add_forces, f, w, x, one),
+        (xpbd._advance, x, f, x_out, v_out, one),
+        (plate._add_curvatures, x, weights.bend_down, one, span[2], a),
+        (plate._move_curved, x, w, span[2], a),
+        (plate._add_twists, x, weights.cell, one, a),
         (plate._move_twisted, x, w, a)]
     return named(calls, span)
 
@@ -74,16 +76,18 @@ def scalar_loops(precision):
     one, vector = mesh.number(1.0), mesh.number((1.0, 1.0, 1.0))
     x, v, x_out, v_out = state.position, state.velocity, out.position, out.velocity
     w, f, a = model.inverse_mass, work.force, tuple(mesh.fields(3))
-    lines, ahead = tuple(mesh.fields(5)), span[2]
+    springs, ahead = lines.Lines.of(mesh), span[2]
+    family = lines.Family(weights.down, one, one, one, ahead, ahead)
     filled = matrix.Matrix.of(tuple(mesh.fields(matrix.FIELDS)))
     calls = [
         (holds.hold_outside, x, v, w, vector),
-        (xpbd._set_lines, x, x_out, weights.down, one, one, one, ahead, ahead, lines),
-        (xpbd._solve_lines, w, weights.down, one, ahead, ahead, ahead, lines),
-        (xpbd._move_lines, x, w, ahead, ahead, lines),
+        (lines.set_lines, x, x_out, family, one, springs),
+        (lines.factor_lines, w, family, springs),
+        (lines.meet_lines, x, x_out, w, family, springs, a[:2]),
+        (lines.pull_lines, x, w, family, springs, a[0]),
         (plate._factor_curvatures, w, weights.bend_down, one, ahead, a),
         (plate._factor_twists, w, weights.cell, one, ahead, a[:2]),
-        (plate._meet_curvatures, x, w, weights.bend_down, one, ahead, f, a),
+        (plate._solve_curvatures, f, ahead, a),
         (plate._solve_twists, a[:2], ahead, f),
         (matrix.set_springs, x, weights, vector, vector, vector, filled, one),
         (matrix.set_faces, x, v, vector, weights, one, c.law, filled, one),

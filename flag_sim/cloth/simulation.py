@@ -24,7 +24,7 @@ from flag_sim.cloth.mesh import Mesh, resample
 from flag_sim.cloth.model import Model
 from flag_sim.cloth.normals import node_normals
 from flag_sim.cloth.solvers import SOLVERS
-from flag_sim.cloth.stability import damping_bound, frequency_bound, plan, Stepping
+from flag_sim.cloth.stability import damping_bound, plan, Stepping
 from flag_sim.cloth.state import State
 from flag_sim.crew import Crew
 
@@ -285,7 +285,7 @@ class Cloth:
     def _remodel(self, mesh, material, solver_name):
         """Take a mesh, a material and a method, once their solver is made: all three or none."""
         model = Model(mesh, material)
-        bounds = frequency_bound(model), damping_bound(model)
         solver = SOLVERS[solver_name](model)
+        bounds = solver.frequency_bound(model), damping_bound(model)
         self._mesh, self._material, self._solver_name = mesh, material, solver_name
         self._bounds, self._solver = bounds, solver

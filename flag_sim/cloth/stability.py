@@ -70,6 +70,11 @@ def frequency_bound(model):
     return math.sqrt(_largest_wave(model.spring_k, model.bend) / model.cell_mass)
 
 
+def membrane_frequency_bound(model):
+    """Return an upper bound of the largest angular frequency [rad/s] of the springs alone."""
+    return math.sqrt(_largest_wave(model.spring_k, (0.0, 0.0, 0.0)) / model.cell_mass)
+
+
 def damping_bound(model):
     """Return an upper bound of the rate at which the dashpots slow a node down [1/s]."""
     return _largest_wave(model.spring_c, (0.0, 0.0, 0.0)) / model.cell_mass

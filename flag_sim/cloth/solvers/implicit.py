@@ -14,11 +14,15 @@
 
 """Backward Euler: every force as it will be at the step's end, so that no step is too long."""
 import math
+from typing import NamedTuple
 
-from flag_sim.cloth.forces import set_forces
+from flag_sim.cloth.forces import Coefficients, set_forces
 from flag_sim.cloth.holds import hold_outside
+from flag_sim.cloth.rigid import (
+    add_rigid, Body, freedom_of, inertia, mass_center, Rigid, rigid_of)
 from flag_sim.cloth.solvers.conjugate import dot, norm2, solve
-from flag_sim.cloth.solvers.matrix import FIELDS, Matrix, multiply, set_faces, set_springs
+from flag_sim.cloth.solvers.matrix import (
+    add_drag, FIELDS, Matrix, multiply, set_faces, set_springs)
 from flag_sim.cloth.solvers.solver import Solver
 from flag_sim.kernels import inner_kernel, kernel
 
@@ -26,6 +30,23 @@ TOLERANCE = 1e-3
 """Part of the residual that is left; smaller ones change less than the step's own error does."""
 LIMIT = 400
 """Iterations in a step; 61 x 41 nodes need 45 at the defaults, 300 at stiffness 1e5."""
+
+
+class Scratch(NamedTuple):
+    """What a step is computed in; nothing is kept in it between steps."""
+
+    matrix: Matrix
+    residual: tuple   # x, y, z [N s]
+    direction: tuple  # of conjugate gradients
+    product: tuple
+    guess: tuple      # the velocities that forces are taken at [m/s]
+    wind: tuple       # the wind's forces there [N]
+
+    @classmethod
+    def of(cls, mesh):
+        """Return the scratch fields for a mesh."""
+        fields = tuple(mesh.fields(FIELDS + 15))
+        return cls(Matrix.of(fields), *(fields[at:at + 3] for at in range(FIELDS, FIELDS + 15, 3)))
 
 
 @inner_kernel
@@ -38,6 +59,16 @@ def _guess(velocity, inverse_mass, gravity, dt, velocity_out, span):
     for i in range(first, last):
         x_out[i], y_out[i] = x[i], y[i]
         z_out[i] = z[i] - (fallen if inverse_mass[i] > 0.0 else none)
+
+
+@inner_kernel
+def _keep(guess, wind, scratch, span):
+    """Keep the guess and the wind's forces."""
+    first, last, _ = span
+    for axis in range(3):
+        v, f, kept_v, kept_f = guess[axis], wind[axis], scratch.guess[axis], scratch.wind[axis]
+        for i in range(first, last):
+            kept_v[i], kept_f[i] = v[i], f[i]
 
 
 @inner_kernel
@@ -71,6 +102,16 @@ def _set_difference(a, b, difference, span):
 
 
 @inner_kernel
+def _set_all(field, value, span):
+    """Set a field to one value."""
+    first, last, _ = span
+    for axis in range(3):
+        f = field[axis]
+        for i in range(first, last):
+            f[i] = value
+
+
+@inner_kernel
 def _scale(field, factor, span):
     """Multiply a field by a factor."""
     first, last, _ = span
@@ -101,16 +142,59 @@ def _lose_energy(velocity, velocity_out, matrix, mass, weights, coefficients, wo
         _scale(velocity_out, type(dt)(1.0 - gained / dot(velocity_out, product, span)), span)
 
 
+@inner_kernel
+def _set_inner(velocity_out, scratch, inverse_mass, node_damping, dt, span):
+    """Make scratch.product, velocities less the guess, the part that inner forces have in it."""
+    first, last, _ = span
+    for axis in range(3):
+        y, f = velocity_out[axis], scratch.wind[axis]
+        drag, change = scratch.residual[axis], scratch.product[axis]
+        for i in range(first, last):
+            change[i] += dt * node_damping * y[i] - inverse_mass[i] * (dt * f[i] - drag[i])
+
+
+@inner_kernel
+def _keep_momentum(position, velocity_out, body, scratch, work, coefficients, dt, span):
+    """
+    Take off the rigid motion that inner forces seem to have caused, as none can.
+
+    Backward Euler takes them where the nodes will be, and so loses angular momentum: a turn at
+    omega fades at the rate h omega^2. The guess has all of gravity; the wind is no inner force
+    either, nor its drag on what the velocities differ by from the guess that it was taken at.
+    """
+    total, center = mass_center(position, body.mass, body.freedom, span)
+    moments = inertia(position, body.mass, center, span)
+    _set_difference(velocity_out, scratch.guess, scratch.product, span)
+    _set_all(scratch.residual, type(dt)(0.0), span)
+    if coefficients.drag > 0.0:
+        add_drag(scratch.matrix, scratch.product, work.faces, scratch.residual, span)
+    nu = coefficients.node_damping
+    _set_inner(velocity_out, scratch, body.inverse_mass, nu, dt, span)
+    _, (px, py, pz), (wx, wy, wz) = rigid_of(position, scratch.product, body, total, center,
+                                             moments, span)
+    back = -1.0 / (1.0 + dt * nu)
+    rigid = Rigid(center, (back * px, back * py, back * pz), (back * wx, back * wy, back * wz))
+    add_rigid(position, body.inverse_mass, rigid, velocity_out, span)
+
+
 @kernel
 def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inverse_mass, weights,
-                coefficients, work, matrix, residual, direction, product, dt, count, span):
+                coefficients, work, scratch, freedom, dt, count, span):
     """Take count steps, each from one pair of arrays to the other."""
+    matrix, residual, product = scratch.matrix, scratch.residual, scratch.product
+    zero = type(dt)(0.0)
+    none = (zero, zero, zero)
+    blown = Coefficients(none, none, coefficients.spring_rest, none, zero, coefficients.drag,
+                         coefficients.drag_rate, coefficients.law, coefficients.order,
+                         coefficients.node_damping, coefficients.pole)
+    body = Body(mass, inverse_mass, freedom)
     for _ in range(count):
         _guess(velocity, inverse_mass, coefficients.gravity, dt, velocity_out, span)
         _move(position, velocity_out, dt, position_out, span)
         # The wind's momentary force: that it weakens as the cloth yields is in the matrix.
-        set_forces(position_out, velocity_out, wind, mass, weights, coefficients, work,
-                   type(dt)(0.0), span)
+        set_forces(position_out, velocity_out, wind, mass, weights, blown, work, zero, span)
+        _keep(velocity_out, work.force, scratch, span)
+        set_forces(position_out, velocity_out, wind, mass, weights, coefficients, work, zero, span)
         _set_residual(velocity, velocity_out, work.force, mass, coefficients.node_damping, dt,
                       residual, span)
         set_springs(position_out, weights, coefficients.spring_k, coefficients.spring_c,
@@ -118,10 +202,11 @@ def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inve
         if coefficients.drag > 0.0:
             set_faces(position_out, velocity_out, wind, weights, coefficients.drag,
                       coefficients.law, matrix, dt, span)
-        solve(matrix, mass, inverse_mass, weights, coefficients, work, residual, direction,
+        solve(matrix, mass, inverse_mass, weights, coefficients, work, residual, scratch.direction,
               product, velocity_out, TOLERANCE, LIMIT, dt, span)
         _lose_energy(velocity, velocity_out, matrix, mass, weights, coefficients, work, residual,
                      product, dt, span)
+        _keep_momentum(position, velocity_out, body, scratch, work, coefficients, dt, span)
         _move(position, velocity_out, dt, position_out, span)
         hold_outside(position_out, velocity_out, inverse_mass, coefficients.pole, span)
         position, position_out = position_out, position
@@ -152,8 +237,12 @@ class Implicit(Solver):
 
     def __init__(self, model):
         super().__init__(model)
-        fields = tuple(model.mesh.fields(FIELDS + 9))
-        self._scratch = (Matrix.of(fields), fields[-9:-6], fields[-6:-3], fields[-3:])
+        self._scratch = (Scratch.of(model.mesh), None)
+
+    def advance(self, state, *arguments):
+        """Take steps as every Solver does; which rigid motions are free follows from the pins."""
+        self._scratch = (self._scratch[0], freedom_of(state))
+        return super().advance(state, *arguments)
 
     @staticmethod
     def largest_step(omega, gamma, air):

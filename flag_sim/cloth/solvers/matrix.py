@@ -188,6 +188,13 @@ def _push_faces(matrix, field, faces, span):
 
 
 @inner_kernel
+def add_drag(matrix, field, faces, product, span):
+    """Add h G times a field to a product, G of the wind's drag; faces are overwritten."""
+    _push_faces(matrix, field, faces, span)
+    add_faces(faces, product, span)
+
+
+@inner_kernel
 def multiply(matrix, mass, weights, coefficients, work, field, product, dt, span):
     """Set the product of A and a field that is zero at pins and ghosts; work is overwritten."""
     inertia = type(dt)(1.0) + dt * coefficients.node_damping
@@ -199,5 +206,4 @@ def multiply(matrix, mass, weights, coefficients, work, field, product, dt, span
         set_moments(field, weights, bend, work.moments, span)
         add_moments(work.moments, product, span)
     if coefficients.drag > 0.0:
-        _push_faces(matrix, field, work.faces, span)
-        add_faces(work.faces, product, span)
+        add_drag(matrix, field, work.faces, product, span)

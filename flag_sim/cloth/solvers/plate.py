@@ -136,41 +136,44 @@ def factor_plate(inverse_mass, weights, bend, dt, plate, span):
     _factor_twists(plate.share_down, weights.cell, root, stride, plate.twist_down, span)
 
 
+@wide_kernel
+def _add_curvatures(field, weight, stiffness, back, multipliers, span):
+    """Add the multipliers [kg m] that curvatures of a field would have if nothing gave way."""
+    first, last, _ = span
+    for axis in range(3):
+        x, p = field[axis], multipliers[axis]
+        for i in range(first, last):
+            j, k = i - back, i + back
+            p[i] += stiffness * weight[i] * ((x[k] - x[i]) - (x[i] - x[j]))
+
+
 @kernel
-def _meet_curvatures(position, inverse_mass, weight, stiffness, back, factors, multipliers, span):
-    """Meet the curvatures of lines, nodes of which lie `back` apart."""
+def _solve_curvatures(factors, back, multipliers, span):
+    """Solve L P L^T p' = p in place, for lines with nodes `back` apart."""
     inverse, below, second = factors
-    x, y, z = position
     px, py, pz = multipliers
-    none = type(stiffness)(0.0)
     first, last, _ = span
     for i in range(first, last):
-        s = stiffness * weight[i]
-        if s > 0.0:
-            h, j, k = i - back - back, i - back, i + back
-            a, b = below[i], second[i]
-            px[i] = s * ((x[k] - x[i]) - (x[i] - x[j])) - b * px[h] - a * px[j]
-            py[i] = s * ((y[k] - y[i]) - (y[i] - y[j])) - b * py[h] - a * py[j]
-            pz[i] = s * ((z[k] - z[i]) - (z[i] - z[j])) - b * pz[h] - a * pz[j]
-        else:
-            px[i], py[i], pz[i] = none, none, none
+        h, j = i - back - back, i - back
+        a, b = below[i], second[i]
+        px[i] -= b * px[h] + a * px[j]
+        py[i] -= b * py[h] + a * py[j]
+        pz[i] -= b * pz[h] + a * pz[j]
     for n in range(last - first):
         i = last - ONE - n
-        if weight[i] > 0.0:
-            j, k = i + back, i + back + back
-            c, a, b = inverse[i], below[j], second[k]
-            px[i] = c * px[i] - b * px[k] - a * px[j]
-            py[i] = c * py[i] - b * py[k] - a * py[j]
-            pz[i] = c * pz[i] - b * pz[k] - a * pz[j]
-    _move(position, inverse_mass, back, multipliers, span)
+        j, k = i + back, i + back + back
+        c, a, b = inverse[i], below[j], second[k]
+        px[i] = c * px[i] - b * px[k] - a * px[j]
+        py[i] = c * py[i] - b * py[k] - a * py[j]
+        pz[i] = c * pz[i] - b * pz[k] - a * pz[j]
 
 
 @wide_kernel
-def _move(position, inverse_mass, back, multipliers, span):
+def _move_curved(field, inverse_mass, back, multipliers, span):
     """Move each node by the three curvatures of a line that it has a part in."""
     first, last, _ = span
     for axis in range(3):
-        x, p = position[axis], multipliers[axis]
+        x, p = field[axis], multipliers[axis]
         for i in range(first, last):
             x[i] -= inverse_mass[i] * ((p[i + back] - p[i]) - (p[i] - p[i - back]))
 
@@ -195,42 +198,61 @@ def _solve_twists(factors, back, multipliers, span):
 
 
 @wide_kernel
-def _set_twists(position, weight, stiffness, multipliers, span):
-    """Set the multipliers [kg m] that the twists would have if nothing gave way."""
+def _add_twists(field, weight, stiffness, multipliers, span):
+    """Add the multipliers [kg m] that twists of a field would have if nothing gave way."""
     first, last, stride = span
     for axis in range(3):
-        x, p = position[axis], multipliers[axis]
+        x, p = field[axis], multipliers[axis]
         for i in range(first, last):
             e, s, d = i + ONE, i + stride, i + stride + ONE
-            p[i] = stiffness * weight[i] * ((x[i] - x[e]) - (x[s] - x[d]))
+            p[i] += stiffness * weight[i] * ((x[i] - x[e]) - (x[s] - x[d]))
 
 
 @wide_kernel
-def _move_twisted(position, inverse_mass, multipliers, span):
+def _move_twisted(field, inverse_mass, multipliers, span):
     """Move each node by the twists of the four cells that meet in it."""
     first, last, stride = span
     for axis in range(3):
-        x, p = position[axis], multipliers[axis]
+        x, p = field[axis], multipliers[axis]
         for i in range(first, last):
             w, n = i - ONE, i - stride
             x[i] -= inverse_mass[i] * ((p[i] - p[w]) - (p[n] - p[n - ONE]))
 
 
-@kernel
-def _meet_twists(position, inverse_mass, weight, stiffness, plate, span):
-    """Meet the twists of all cells."""
-    _set_twists(position, weight, stiffness, plate.multipliers, span)
-    _solve_twists(plate.twist_across, ONE, plate.multipliers, span)
-    _solve_twists(plate.twist_down, span[2], plate.multipliers, span)
-    _move_twisted(position, inverse_mass, plate.multipliers, span)
+@wide_kernel
+def clear(field, span):
+    """Set a field to zero."""
+    first, last, _ = span
+    for axis in range(3):
+        f = field[axis]
+        for i in range(first, last):
+            f[i] = 0.0
 
 
 @kernel
-def meet_plate(position, inverse_mass, weights, bend, dt, plate, span):
-    """Meet twists, then the curvatures of columns, then of rows, for which it is factored."""
+def meet_plate(curved, increments, inverse_mass, weights, bend, dt, plate, span):
+    """
+    Let bending act on increments d (x, y, z) [m]: twists, curvatures of columns, then of rows.
+
+    curved: the fields whose sum has the curvatures: positions and d, or d alone where the plate
+    only holds back. Twice the smaller numbers instead of once their sum: positions are rounded.
+    The matrices are those of the last factor_plate.
+    """
     across, down, twist = _constants(bend, dt, plate)
-    _meet_twists(position, inverse_mass, weights.cell, twist, plate, span)
-    _meet_curvatures(position, inverse_mass, weights.bend_down, down, span[2], plate.down,
-                     plate.multipliers, span)
-    _meet_curvatures(position, inverse_mass, weights.bend_across, across, ONE, plate.across,
-                     plate.multipliers, span)
+    stride, p = span[2], plate.multipliers
+    clear(p, span)
+    for field in curved:
+        _add_twists(field, weights.cell, twist, p, span)
+    _solve_twists(plate.twist_across, ONE, p, span)
+    _solve_twists(plate.twist_down, stride, p, span)
+    _move_twisted(increments, inverse_mass, p, span)
+    clear(p, span)
+    for field in curved:
+        _add_curvatures(field, weights.bend_down, down, stride, p, span)
+    _solve_curvatures(plate.down, stride, p, span)
+    _move_curved(increments, inverse_mass, stride, p, span)
+    clear(p, span)
+    for field in curved:
+        _add_curvatures(field, weights.bend_across, across, ONE, p, span)
+    _solve_curvatures(plate.across, ONE, p, span)
+    _move_curved(increments, inverse_mass, ONE, p, span)

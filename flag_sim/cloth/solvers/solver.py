@@ -18,6 +18,7 @@ import math
 
 from flag_sim.cloth.barrier import new_barrier, release
 from flag_sim.cloth.forces import Work
+from flag_sim.cloth.stability import frequency_bound
 from flag_sim.crew import Crew
 
 ALONE = Crew(1)
@@ -43,6 +44,11 @@ class Solver:
         self.model = model
         self._work = Work.of(model.mesh)
         self._scratch = (tuple(model.mesh.fields(self.scratch)),) if self.scratch else ()
+
+    @staticmethod
+    def frequency_bound(model):
+        """Return the bound [rad/s] of the frequencies that limit the method's steps."""
+        return frequency_bound(model)
 
     @classmethod
     def stable_step(cls, omega, gamma, air):
