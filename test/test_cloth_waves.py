@@ -42,11 +42,17 @@ def rounding(solver, z_highest):
     return {'xpbd': 0.25 * z_highest**2, 'implicit': 1e-3}.get(solver, 1e-10)
 
 
-def assert_rings(cloth, shape, omega):
-    """Assert that the mode which the cloth has been placed in rings as the method says."""
+def assert_rings(cloth, shape, omega, is_swing=False):
+    """
+    Assert that the mode which the cloth has been placed in rings as the method says.
+
+    is_swing: whether the cloth turns about its hinge in it. What turns fades in implicit by less
+    than h omega^2 / 2, as it keeps the angular momentum that backward Euler would lose.
+    """
     found, count, z = ring(cloth, shape, omega)
     error = np.abs(np.log(found / FACTORS[cloth.solver](z)**count)) / (count * z)
-    assert error < rounding(cloth.solver, z / omega * highest_frequency(cloth))
+    less = 0.5 * z if is_swing and cloth.solver == 'implicit' else 0.0
+    assert error < rounding(cloth.solver, z / omega * highest_frequency(cloth)) + less
 
 
 def lumped_chain(links, length, width, material):
@@ -92,7 +98,7 @@ def test_modes_of_a_hanging_chain(solver, mode):
     positions = hanging(cloth)
     positions[..., 2] = -np.append(0.0, np.cumsum(lengths))
     cloth.place(positions + shape)
-    assert_rings(cloth, shape, omega[mode - 1])
+    assert_rings(cloth, shape, omega[mode - 1], is_swing=True)
 
 
 @pytest.mark.parametrize('mode, error', [(1, 0.30), (2, 3.9), (3, 15.6)])
