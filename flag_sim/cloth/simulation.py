@@ -24,7 +24,8 @@ from flag_sim.cloth.mesh import Mesh, resample
 from flag_sim.cloth.model import Model
 from flag_sim.cloth.normals import node_normals
 from flag_sim.cloth.solvers import SOLVERS
-from flag_sim.cloth.stability import damping_bound, plan, Stepping
+from flag_sim.cloth.stability import damping_bound, plan, SHORTEST_STEP, Stepping
+from flag_sim.cloth.start import bump
 from flag_sim.cloth.state import State
 from flag_sim.crew import Crew
 
@@ -34,6 +35,8 @@ MAX_WIND = 1e4
 """Greatest wind along an axis [m/s]: the strongest gusts in a wind of 200 m/s, and to spare."""
 MAX_FRAME = 3600.0
 """Longest frame [s]."""
+MAX_NOISE = 0.1
+"""Greatest bump that a flat cloth starts with [m]."""
 MAX_THREADS = 64
 """Beyond, their bands of an ordinary grid are shorter than a row."""
 
@@ -48,11 +51,13 @@ class Cloth:
     than 1 + stretch_limit times its distance at rest; held: how many nodes that held back in the
     last frame. pole: an upright cylinder (x, y, radius) [m] that the cloth stays out of.
     precision: of the numbers inside, float64 or float32; what is given out is float64.
+    start_noise, start_seed: the cloth starts flat but for a random bump of at most start_noise
+    [m], which its weight or the wind needs to begin with; the same seed, the same bump.
     threads: how many share the steps, 0 chooses by measuring the first frames; the result is the
     same to the bit. With xpbd, whose steps go from line to line, and implicit it is one.
 
     material, air, gravity, stepping, solver, stretch_limit, pole and precision may be changed
-    between frames by assignment; regrid keeps the motion too; hang and reset start anew.
+    between frames by assignment, and start_noise and start_seed for the next start; regrid keeps the motion too; hang and reset start anew.
     Everything raises ValueError for a value that it cannot take, and then leaves the cloth as it
     was. Whatever is set, the state stays finite.
     """
@@ -60,13 +65,15 @@ class Cloth:
     def __init__(self, rows=21, columns=31, length=2.25, width=1.5, hoist_top=(0.05, 0.0, 8.9), *,
                  pinned=True, material=None, air=None, gravity=9.81, stepping=None,
                  solver='symplectic', stretch_limit=1.0, pole=None,
-                 precision='float64', threads=1):
+                 precision='float64', start_noise=1e-4, start_seed=0, threads=1):
         hoist_top = checks.vector('hoist_top', hoist_top, MAX_HOIST)
         self._material = checks.instance('material', material or Material(), Material)
         self.air = air or Air()
         self.gravity = gravity
         self.stepping = stepping or Stepping()
         self.pole = pole
+        self.start_noise = start_noise
+        self.start_seed = start_seed
         self.held = 0
         self._crew = Crew(checks.whole('threads', threads, 0, MAX_THREADS))
         self._solver_name = checks.choice('solver', solver, SOLVERS)
@@ -141,6 +148,24 @@ class Cloth:
             self._hold()
 
     @property
+    def start_noise(self):
+        """Greatest distance from flat at which the cloth starts [m]."""
+        return self._start_noise
+
+    @start_noise.setter
+    def start_noise(self, size):
+        self._start_noise = checks.finite('start_noise', size, 0.0, MAX_NOISE)
+
+    @property
+    def start_seed(self):
+        """Which of all random bumps the cloth starts with."""
+        return self._start_seed
+
+    @start_seed.setter
+    def start_seed(self, seed):
+        self._start_seed = checks.whole('start_seed', seed, 0, 2**31 - 1)
+
+    @property
     def pole(self):
         """Return the cylinder (x, y, radius) [m] that the cloth stays out of, or None."""
         return self._pole
@@ -190,8 +215,11 @@ class Cloth:
         return node_normals(self.positions)
 
     def reset(self):
-        """Lay the cloth flat along +x from the hoist, at rest."""
-        self._state.place(self._mesh.rest(self._hoist_top))
+        """Lay the cloth flat along +x from the hoist, but for its bump, at rest."""
+        positions = self._mesh.rest(self._hoist_top)
+        positions[..., 1] += bump(self._mesh.rows, self._mesh.columns, self._start_noise,
+                                  self._start_seed)
+        self._state.place(positions)
 
     def place(self, positions, velocities=None):
         """Put all nodes, pins too, at positions and velocities (rows, columns, 3) [m], [m/s]."""
@@ -257,7 +285,8 @@ class Cloth:
     def _planned(self, dt):
         """Return the Plan for a frame, and make the solver ready to carry it out."""
         largest_step = functools.partial(self._solver.largest_step, air=self.air)
-        steps = plan(dt, *self._bounds, largest_step, self.stepping, self._solver.useful_step)
+        steps = plan(dt, *self._bounds, largest_step, self.stepping, self._solver.useful_step,
+                     SHORTEST_STEP[self._mesh.precision])
         factors = (steps.stiffness_factor, steps.damping_factor)
         if factors != self._solver.model.factors:
             self._solver = type(self._solver)(Model(self._mesh, self._material, *factors))

@@ -25,7 +25,7 @@ from flag_sim.drawing import Camera, Light, Materials, Scene, Style
 from flag_sim.drawing import Material as Surface
 
 CLOTH = {'grid.rows': 'rows', 'grid.columns': 'columns', **{name: name for name in (
-    'gravity', 'solver', 'stretch_limit', 'precision', 'threads')}}
+    'gravity', 'solver', 'stretch_limit', 'precision', 'start_noise', 'start_seed', 'threads')}}
 """The dials of Cloth that it takes as they are, and the names of its arguments."""
 
 

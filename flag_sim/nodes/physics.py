@@ -118,6 +118,8 @@ class Physics(FrameServer):
     def _configure(self, values):
         """Bring the cloth to this frame's values; only another size starts it anew."""
         before, self._applied = self._applied, values
+        self._cloth.start_noise = values['start_noise']
+        self._cloth.start_seed = values['start_seed']
         if hang_of(values) != hang_of(before):
             self._cloth.hang(*hang_of(values))
         grid = values['grid.rows'], values['grid.columns']

@@ -26,14 +26,21 @@ RADIUS = 2.6
 
 
 @wide_kernel
-def _begin(values, factor, stage, out, span):
-    """Write values times a factor where the first stage is read and where stages are summed."""
+def _begin(position, velocity, stage_x, stage_v, position_out, velocity_out, keep, span):
+    """
+    Write where the first stage begins, and what the stages' sums begin with.
+
+    The way is summed alone, and added to the positions once: each sum with them is rounded as they
+    are.
+    """
     first, last, _ = span
     for axis in range(3):
-        v, s, o = values[axis], stage[axis], out[axis]
+        x, v, xs, vs = position[axis], velocity[axis], stage_x[axis], stage_v[axis]
+        x_out, v_out = position_out[axis], velocity_out[axis]
         for i in range(first, last):
-            s[i] = factor * v[i]
-            o[i] = factor * v[i]
+            xs[i], x_out[i] = x[i], 0.0
+            vs[i] = keep * v[i]
+            v_out[i] = keep * v[i]
 
 
 @wide_kernel
@@ -54,13 +61,14 @@ def _stage(position, velocity, stage_x, stage_v, force, inverse_mass, position_o
 
 
 @wide_kernel
-def _damp(velocity, keep, span):
-    """Take the second half of the nodes' damping."""
+def _end(position, position_out, velocity_out, keep, span):
+    """Add the way to the positions, and take the second half of the nodes' damping."""
     first, last, _ = span
     for axis in range(3):
-        v = velocity[axis]
+        x, x_out, v_out = position[axis], position_out[axis], velocity_out[axis]
         for i in range(first, last):
-            v[i] *= keep
+            x_out[i] = x[i] + x_out[i]
+            v_out[i] *= keep
 
 
 @shared_kernel
@@ -71,15 +79,14 @@ def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inve
     keep = math.exp(number(-0.5) * dt * coefficients.node_damping)
     x, v = (scratch[0], scratch[1], scratch[2]), (scratch[3], scratch[4], scratch[5])
     for _ in range(count):
-        _begin(position, number(1.0), x, position_out, span)
-        _begin(velocity, keep, v, velocity_out, span)
+        _begin(position, velocity, x, v, position_out, velocity_out, keep, span)
         for weight, ahead in ((1.0, 0.5), (2.0, 0.5), (2.0, 1.0), (1.0, 0.0)):
             wait(work.barrier)
             set_forces(x, v, wind, mass, weights, coefficients, work, dt, span)
             wait(work.barrier)  # before neighbours move, whose positions the sums are taken with
             _stage(position, velocity, x, v, work.force, inverse_mass, position_out, velocity_out,
                    number(weight / 6.0) * dt, number(ahead) * dt, keep, span)
-        _damp(velocity_out, keep, span)
+        _end(position, position_out, velocity_out, keep, span)
         hold_outside(position_out, velocity_out, inverse_mass, coefficients.pole, span)
         position, position_out = position_out, position
         velocity, velocity_out = velocity_out, velocity
