@@ -28,7 +28,7 @@ from flag_sim.cloth.material import VACUUM
 import numpy as np
 import pytest
 from scipy.special import j0
-from support.cloths import hanging, ring
+from support.cloths import flat, hanging, ring
 from support.soak import SOAK
 
 CELLS = {'square': (10, 15), 'long': (15, 15), 'upright': (10, 20)}
@@ -46,7 +46,7 @@ def grids(cells):
 @functools.lru_cache
 def sag(grid):
     """Hold the sheet by its hoist, in its own plane, until it rests: a cantilever."""
-    cloth = Cloth(*grid, air=VACUUM, material=Material(damping=0.3, node_damping=25.0),
+    cloth = flat(*grid, air=VACUUM, material=Material(damping=0.3, node_damping=25.0),
                   stepping=Stepping(substeps_limit=10**4))
     for _ in range(40):
         cloth.advance(0.025)
@@ -56,7 +56,7 @@ def sag(grid):
 @functools.lru_cache
 def hang(grid):
     """Hang the sheet by its hoist until it rests: it is stretched, and narrower below."""
-    cloth = Cloth(*grid, air=VACUUM, material=Material(damping=0.3, node_damping=60.0))
+    cloth = flat(*grid, air=VACUUM, material=Material(damping=0.3, node_damping=60.0))
     cloth.place(hanging(cloth))
     for _ in range(25):
         cloth.advance(0.02)

@@ -15,7 +15,7 @@
 """Motions that theory knows, run by every solver that claims them."""
 import math
 
-from flag_sim.cloth import Air, Cloth, Material, Stepping
+from flag_sim.cloth import Air, Material, Stepping
 from flag_sim.cloth.forces import Forcing
 from flag_sim.cloth.material import VACUUM
 from flag_sim.cloth.model import Model
@@ -23,7 +23,7 @@ from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.cloth.state import State
 import numpy as np
 import pytest
-from support.cloths import energy, hanging
+from support.cloths import energy, flat, hanging
 
 LIMP = Material(stiffness=0.0, shear_stiffness=0.0, bend_stiffness=0.0)
 
@@ -48,7 +48,7 @@ def claims(solver, *properties):
 
 def test_free_fall(solver):
     """Without pins and air every node falls by g t^2 / 2, to first order in the step."""
-    cloth = Cloth(6, 9, pinned=False, air=VACUUM, solver=solver)
+    cloth = flat(6, 9, pinned=False, air=VACUUM, solver=solver)
     start = cloth.positions
     for _ in range(10):
         steps = cloth.advance(0.02)
@@ -63,7 +63,7 @@ def test_free_fall(solver):
 
 def momenta_of_free_flight(solver, substeps):
     """Return momentum and angular momentum (6,) of a crumpled sheet, and those after 0.4 s."""
-    cloth = Cloth(6, 9, pinned=False, air=VACUUM, gravity=0.0, solver=solver,
+    cloth = flat(6, 9, pinned=False, air=VACUUM, gravity=0.0, solver=solver,
                   stepping=Stepping(substeps=substeps))
     rng = np.random.default_rng(2)
     cloth.place(cloth.positions + 0.02 * rng.normal(size=(6, 9, 3)), rng.normal(size=(6, 9, 3)))
@@ -108,7 +108,7 @@ def test_stretch_under_own_weight(solver, columns):
     claims(solver, 'friction')
     length, width, stiffness, density = 2.0, 0.5, 400.0, 0.3
     material = Material(density, stiffness, 0.0, 0.0, damping=0.2, node_damping=40.0)
-    cloth = Cloth(3, columns, length, width, material=material, air=VACUUM, solver=solver)
+    cloth = flat(3, columns, length, width, material=material, air=VACUUM, solver=solver)
     cloth.place(hanging(cloth))
     for _ in range(40):
         cloth.advance(0.05)
@@ -132,7 +132,7 @@ def test_a_sheet_hangs_alike_with_every_method(solver, columns):
     material = Material(0.3, damping=0.2, node_damping=40.0, bend_stiffness=0.0)
 
     def hung(method):
-        cloth = Cloth(7, columns, material=material, air=VACUUM, solver=method)
+        cloth = flat(7, columns, material=material, air=VACUUM, solver=method)
         cloth.place(hanging(cloth))
         for _ in range(30):
             steps = cloth.advance(0.05)
@@ -151,10 +151,10 @@ def test_a_falling_flat_sheet_reaches_its_terminal_speed(solver):
     """Speed v_t tanh(g t / v_t) with v_t = sqrt(2 density g / (rho C_d)), in all nodes alike."""
     claims(solver, 'friction')
     density, air = 0.2, Air(1.2, 1.17)
-    cloth = Cloth(5, 8, pinned=False, material=Material(area_density=density), air=air,
+    cloth = flat(5, 8, pinned=False, material=Material(area_density=density), air=air,
                   stepping=Stepping(substeps=100), solver=solver)
-    flat = cloth.positions
-    cloth.place(flat[..., [0, 2, 1]])
+    start = cloth.positions
+    cloth.place(start[..., [0, 2, 1]])
     terminal = math.sqrt(2.0 * density * 9.81 / (1.2 * 1.17))
     for frame in range(1, 31):
         steps = cloth.advance(0.02)
@@ -168,7 +168,7 @@ def test_a_falling_flat_sheet_reaches_its_terminal_speed(solver):
 
 def test_one_step_reads_one_state_and_writes_the_other(solver):
     """What it read is as it was."""
-    model = Model(Cloth(5, 7).mesh, Material())
+    model = Model(flat(5, 7).mesh, Material())
     first, second = State(model.mesh), State(model.mesh)
     first.place(model.mesh.rest((0.0, 0.0, 0.0)))
     before = first.data.copy()
@@ -180,7 +180,7 @@ def test_one_step_reads_one_state_and_writes_the_other(solver):
 def test_energy_is_bounded_without_damping(solver):
     """It swings about its first value and does not drift in 20,000 steps of large motion."""
     claims(solver, 'energy')
-    cloth = Cloth(6, 8, air=VACUUM, material=Material(damping=0.0),
+    cloth = flat(6, 8, air=VACUUM, material=Material(damping=0.0),
                   stepping=Stepping(substeps=20), solver=solver)
     rng = np.random.default_rng(4)
     cloth.place(cloth.positions, rng.normal(size=(6, 8, 3)))
@@ -203,7 +203,7 @@ def test_energy_is_bounded_without_damping(solver):
 def test_damping_lowers_the_energy(solver, damped):
     """In every frame, while the sheet swings; to a small part in the end."""
     claims(solver, 'friction', *(['undamped'] if 'node_damping' in damped else []))
-    cloth = Cloth(6, 8, air=VACUUM, gravity=0.0, pinned=False,
+    cloth = flat(6, 8, air=VACUUM, gravity=0.0, pinned=False,
                   material=Material(**{'damping': 0.0, **damped}),
                   stepping=Stepping(substeps=200), solver=solver)
     rng = np.random.default_rng(4)
@@ -229,7 +229,7 @@ def test_a_hinged_sheet_leans_in_the_wind(solver):
     claims(solver, 'friction')
     density, speed, air = 0.4, 3.0, Air(1.2, 1.0)
     material = Material(density, 5000.0, 0.0, 0.0, damping=0.3, node_damping=3.0)
-    cloth = Cloth(3, 11, 1.0, 0.3, material=material, air=air, solver=solver)
+    cloth = flat(3, 11, 1.0, 0.3, material=material, air=air, solver=solver)
     cloth.place(hanging(cloth))
     for _ in range(250):
         steps = cloth.advance(0.02, (0.0, speed, 0.0))

@@ -94,7 +94,7 @@ def scalar_loops(precision):
         (matrix.set_faces, x, v, vector, weights, one, c.law, filled, one),
         (matrix._multiply_springs, filled, mass, one, a, f),
         (matrix._push_faces, filled, a, work.faces),
-        (conjugate._add, a, one, f),
+        (conjugate.add, a, one, f),
         (conjugate._turn, a, one, f, w),
         (implicit._guess, v, w, one, one, v_out),
         (implicit._move, x, v, one, x_out),

@@ -22,13 +22,13 @@ is rounding. The lattice's own distance from the continuum is its discretisation
 """
 import math
 
-from flag_sim.cloth import Cloth, Material
+from flag_sim.cloth import Material
 from flag_sim.cloth.material import VACUUM
 from flag_sim.cloth.solvers import SOLVERS
 import numpy as np
 import pytest
 from scipy.special import jn_zeros
-from support.cloths import FACTORS, hanging, highest_frequency, ring
+from support.cloths import FACTORS, flat, hanging, highest_frequency, ring
 
 
 def rounding(solver, z_highest):
@@ -91,7 +91,7 @@ def test_modes_of_a_hanging_chain(solver, mode):
         pytest.skip('implicit does not solve for forces so much smaller than the weight')
     length, width, material = 1.0, 0.1, Material(0.2, 1000.0, 0.0, 0.0, damping=0.0)
     omega, modes, lengths = lumped_chain(LINKS, length, width, material)
-    cloth = Cloth(2, LINKS + 1, length, width, (0.0, 0.0, 0.0), material=material, air=VACUUM,
+    cloth = flat(2, LINKS + 1, length, width, (0.0, 0.0, 0.0), material=material, air=VACUUM,
                   solver=solver)
     shape = np.zeros((2, LINKS + 1, 3))
     shape[:, 1:, 1] = 1e-8 * modes[mode - 1] / np.abs(modes[mode - 1]).max()
@@ -123,7 +123,7 @@ def test_dispersion_of_longitudinal_waves(solver, axis, part):
     """
     material = Material(0.2, 800.0, 0.0, 0.0, damping=0.0)
     grid, size = ((3, 21), (2.0, 0.3)) if axis == 0 else ((21, 3), (0.3, 2.0))
-    cloth = Cloth(*grid, *size, (0.0, 0.0, 0.0), pinned=False, material=material, air=VACUUM,
+    cloth = flat(*grid, *size, (0.0, 0.0, 0.0), pinned=False, material=material, air=VACUUM,
                   gravity=0.0, solver=solver)
     kappa_h = math.pi * part / 20
     omega = 2.0 * math.sqrt(800.0 / 0.2) / 0.1 * math.sin(0.5 * kappa_h)

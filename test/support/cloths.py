@@ -15,7 +15,7 @@
 """Cloths in simple places, and the numbers that theory speaks of."""
 import math
 
-from flag_sim.cloth import Stepping
+from flag_sim.cloth import Cloth, Stepping
 from flag_sim.cloth.energy import bending_energy, elastic_energy, kinetic_energy
 from flag_sim.cloth.model import Model
 from flag_sim.cloth.stability import frequency_bound
@@ -44,6 +44,11 @@ FACTORS = {
     'implicit': lambda z: 1.0 / (1.0 - 1j * z),
 }
 """By what a step multiplies an undamped mode, given z = omega dt."""
+
+
+def flat(*arguments, **options):
+    """Return a cloth that starts exactly flat, where theory begins."""
+    return Cloth(*arguments, start_noise=0.0, **options)
 
 
 def hanging(cloth):

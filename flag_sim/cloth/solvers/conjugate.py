@@ -62,7 +62,7 @@ def norm2(a, weight, span):
 
 
 @inner_kernel
-def _add(field, factor, other, span):
+def add(field, factor, other, span):
     """Add a factor times another field to a field."""
     first, last, _ = span
     for axis in range(3):
@@ -101,7 +101,7 @@ def solve(matrix, mass, inverse_mass, weights, coefficients, work, residual, dir
             break
         multiply(matrix, mass, weights, coefficients, work, direction, product, dt, span)
         length = number(left / dot(direction, product, span))
-        _add(solution, length, direction, span)
-        _add(residual, -length, product, span)
+        add(solution, length, direction, span)
+        add(residual, -length, product, span)
         before, left = left, norm2(residual, inverse_mass, span)
         _turn(direction, number(left / before), residual, inverse_mass, span)

@@ -19,8 +19,8 @@ from typing import NamedTuple
 from flag_sim.cloth.forces import Coefficients, set_forces
 from flag_sim.cloth.holds import hold_outside
 from flag_sim.cloth.rigid import (
-    add_rigid, Body, freedom_of, inertia, mass_center, Rigid, rigid_of)
-from flag_sim.cloth.solvers.conjugate import dot, norm2, solve
+    add_rigid, Body, freedom_of, inertia, mass_center, rigid_of)
+from flag_sim.cloth.solvers.conjugate import add, dot, norm2, solve
 from flag_sim.cloth.solvers.matrix import (
     add_drag, FIELDS, Matrix, multiply, set_faces, set_springs)
 from flag_sim.cloth.solvers.solver import Solver
@@ -154,27 +154,37 @@ def _set_inner(velocity_out, scratch, inverse_mass, node_damping, dt, span):
 
 
 @inner_kernel
+def _drag_on(field, scratch, work, coefficients, span):
+    """Set scratch.residual to what the wind's drag takes from velocities, h G times a field."""
+    _set_all(scratch.residual, 0.0, span)
+    if coefficients.drag > 0.0:
+        add_drag(scratch.matrix, field, work.faces, scratch.residual, span)
+
+
+@inner_kernel
 def _keep_momentum(position, velocity_out, body, scratch, work, coefficients, dt, span):
     """
     Take off the rigid motion that inner forces seem to have caused, as none can.
 
     Backward Euler takes them where the nodes will be, and so loses angular momentum: a turn at
     omega fades at the rate h omega^2. The guess has all of gravity; the wind is no inner force
-    either, nor its drag on what the velocities differ by from the guess that it was taken at.
+    either, nor its drag on what the velocities differ by from the guess that it was taken at. The
+    drag that the change itself meets is taken implicitly, as all drag is here.
     """
+    nu, change = coefficients.node_damping, scratch.product
     total, center = mass_center(position, body.mass, body.freedom, span)
     moments = inertia(position, body.mass, center, span)
-    _set_difference(velocity_out, scratch.guess, scratch.product, span)
-    _set_all(scratch.residual, type(dt)(0.0), span)
-    if coefficients.drag > 0.0:
-        add_drag(scratch.matrix, scratch.product, work.faces, scratch.residual, span)
-    nu = coefficients.node_damping
+    _set_difference(velocity_out, scratch.guess, change, span)
+    _drag_on(change, scratch, work, coefficients, span)
     _set_inner(velocity_out, scratch, body.inverse_mass, nu, dt, span)
-    _, (px, py, pz), (wx, wy, wz) = rigid_of(position, scratch.product, body, total, center,
-                                             moments, span)
-    back = -1.0 / (1.0 + dt * nu)
-    rigid = Rigid(center, (back * px, back * py, back * pz), (back * wx, back * wy, back * wz))
-    add_rigid(position, body.inverse_mass, rigid, velocity_out, span)
+    rigid = rigid_of(position, change, body, total, center, moments, span)
+    _set_all(change, 0.0, span)
+    add_rigid(position, body.inverse_mass, rigid, change, span)
+    _drag_on(change, scratch, work, coefficients, span)
+    inertial = norm2(change, body.mass, span)
+    resisting = (1.0 + dt * nu) * inertial + dot(change, scratch.residual, span)
+    if resisting > 0.0:
+        add(velocity_out, type(dt)(-inertial / resisting), change, span)
 
 
 @kernel
