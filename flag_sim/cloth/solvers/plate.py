@@ -149,23 +149,29 @@ def _add_curvatures(field, weight, stiffness, back, multipliers, span):
 
 @kernel
 def _solve_curvatures(factors, back, multipliers, span):
-    """Solve L P L^T p' = p in place, for lines with nodes `back` apart."""
+    """
+    Solve L P L^T p' = p in place, for lines with nodes `back` apart.
+
+    Only nodes that have a curvature are looked at: two lines before others there is no memory.
+    """
     inverse, below, second = factors
     px, py, pz = multipliers
     first, last, _ = span
     for i in range(first, last):
-        h, j = i - back - back, i - back
-        a, b = below[i], second[i]
-        px[i] -= b * px[h] + a * px[j]
-        py[i] -= b * py[h] + a * py[j]
-        pz[i] -= b * pz[h] + a * pz[j]
+        if inverse[i] > 0.0:
+            h, j = i - back - back, i - back
+            a, b = below[i], second[i]
+            px[i] -= b * px[h] + a * px[j]
+            py[i] -= b * py[h] + a * py[j]
+            pz[i] -= b * pz[h] + a * pz[j]
     for n in range(last - first):
         i = last - ONE - n
-        j, k = i + back, i + back + back
-        c, a, b = inverse[i], below[j], second[k]
-        px[i] = c * px[i] - b * px[k] - a * px[j]
-        py[i] = c * py[i] - b * py[k] - a * py[j]
-        pz[i] = c * pz[i] - b * pz[k] - a * pz[j]
+        if inverse[i] > 0.0:
+            j, k = i + back, i + back + back
+            c, a, b = inverse[i], below[j], second[k]
+            px[i] = c * px[i] - b * px[k] - a * px[j]
+            py[i] = c * py[i] - b * py[k] - a * py[j]
+            pz[i] = c * pz[i] - b * pz[k] - a * pz[j]
 
 
 @wide_kernel
@@ -230,29 +236,32 @@ def clear(field, span):
 
 
 @kernel
-def meet_plate(curved, increments, inverse_mass, weights, bend, dt, plate, span):
+def meet_plate(base, increments, inverse_mass, weights, bend, dt, plate, span):
     """
     Let bending act on increments d (x, y, z) [m]: twists, curvatures of columns, then of rows.
 
-    curved: the fields whose sum has the curvatures: positions and d, or d alone where the plate
-    only holds back. Twice the smaller numbers instead of once their sum: positions are rounded.
-    The matrices are those of the last factor_plate.
+    base: positions that have curvatures too; None where the plate only holds back. Theirs are
+    added to those of d, not taken of the sum, which would be rounded as positions are. The
+    matrices are those of the last factor_plate.
     """
     across, down, twist = _constants(bend, dt, plate)
     stride, p = span[2], plate.multipliers
     clear(p, span)
-    for field in curved:
-        _add_twists(field, weights.cell, twist, p, span)
+    if base is not None:
+        _add_twists(base, weights.cell, twist, p, span)
+    _add_twists(increments, weights.cell, twist, p, span)
     _solve_twists(plate.twist_across, ONE, p, span)
     _solve_twists(plate.twist_down, stride, p, span)
     _move_twisted(increments, inverse_mass, p, span)
     clear(p, span)
-    for field in curved:
-        _add_curvatures(field, weights.bend_down, down, stride, p, span)
+    if base is not None:
+        _add_curvatures(base, weights.bend_down, down, stride, p, span)
+    _add_curvatures(increments, weights.bend_down, down, stride, p, span)
     _solve_curvatures(plate.down, stride, p, span)
     _move_curved(increments, inverse_mass, stride, p, span)
     clear(p, span)
-    for field in curved:
-        _add_curvatures(field, weights.bend_across, across, ONE, p, span)
+    if base is not None:
+        _add_curvatures(base, weights.bend_across, across, ONE, p, span)
+    _add_curvatures(increments, weights.bend_across, across, ONE, p, span)
     _solve_curvatures(plate.across, ONE, p, span)
     _move_curved(increments, inverse_mass, ONE, p, span)

@@ -235,8 +235,8 @@ def _sweep(position, inverse_mass, weights, bend, families, scratch, dt, span):
         meet_lines(pulled, free, inverse_mass, families[one], lines[one], impulses, span)
     if max(bend) > 0.0:
         plate = scratch.plate
-        meet_plate((position, pulled), pulled, inverse_mass, weights, bend, dt, plate, span)
-        meet_plate((free,), free, inverse_mass, weights, bend, dt, plate, span)
+        meet_plate(position, pulled, inverse_mass, weights, bend, dt, plate, span)
+        meet_plate(None, free, inverse_mass, weights, bend, dt, plate, span)
     for one in range(4):
         meet_lines(pulled, free, inverse_mass, families[3 - one], lines[3 - one], impulses, span)
 
