@@ -56,8 +56,15 @@ class InstallData(Distribution().get_command_class('install_data')):
             self.outfiles.append(path)
 
 
+class WithData(Distribution):
+    """Lets setuptools install data_files in an editable install, too, where it asks for this."""
+
+    has_data = Distribution.has_data_files
+
+
 setup(
     name=NAME,
+    distclass=WithData,
     version='0.1.0',
     description='A flag in the wind, simulated and filmed on the CPU, as ROS 2 nodes',
     author='The flag_sim Authors',
