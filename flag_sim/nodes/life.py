@@ -90,7 +90,10 @@ def run(node_class, args=None):
     """
     arguments = sys.argv if args is None else args
     if asks_for_help(arguments[1:]):
-        print(usage(node_class))
+        try:
+            print(usage(node_class), flush=True)
+        except BrokenPipeError:  # as by `| head`; Python would flush once more at its end
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     keep_memory()
     bring_profile()
