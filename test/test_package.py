@@ -25,6 +25,7 @@ import zipfile
 
 from catkin_pkg.changelog import get_changelog_from_path
 from catkin_pkg.package import parse_package
+from flag_sim.dials.catalogue import NODES
 import pytest
 import setuptools
 
@@ -144,6 +145,9 @@ def test_import_of_the_tests_is_declared(name, package, setup):
 
 
 def test_every_executable_is_a_module(setup):
+    """Of which test_usage asks all for --help: nodes that have dials, study and tune."""
+    assert set(NODES) | {'study', 'tune'} == {
+        command.split()[0] for command in setup['entry_points']['console_scripts']}
     for command in setup['entry_points']['console_scripts']:
         module = re.fullmatch(r'(\w+) = flag_sim\.(nodes\.\1|study\.(\1|__main__)):main',
                               command)

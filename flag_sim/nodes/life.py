@@ -21,9 +21,9 @@ import socket
 import sys
 import threading
 
-from flag_sim.nodes import notices
 from flag_sim.nodes.config import config_path
 from flag_sim.nodes.given_files import tell_of_strangers
+from flag_sim.nodes.notices import Teller
 from flag_sim.nodes.parameters import BadParameter
 from flag_sim.nodes.usage import asks_for_help, usage
 import rclpy
@@ -37,12 +37,11 @@ from rclpy.utilities import remove_ros_args
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # of glibc's malloc.h
 LARGEST_KEPT = 32 << 20  # the most that glibc takes [bytes]: an rgb8 image of 3840 x 2160 fits
 
-# By these users choose profiles or transports of Fast DDS, where they set them at all; an empty one
-# chooses the stock settings. A discovery server (ROS_DISCOVERY_SERVER) does not: it goes with ours.
-OWN_TRANSPORTS = {
+# Variables, and files in the working directory, by which users choose profiles or transports of
+# Fast DDS. A discovery server (ROS_DISCOVERY_SERVER) is no such choice: it goes with our profile.
+OWN_TRANSPORTS = (
     'FASTDDS_DEFAULT_PROFILES_FILE', 'FASTRTPS_DEFAULT_PROFILES_FILE',
-    'FASTDDS_BUILTIN_TRANSPORTS', 'FASTDDS_ENVIRONMENT_FILE', 'ROS2_EASY_MODE',
-    'RMW_FASTRTPS_USE_QOS_FROM_XML'}
+    'FASTDDS_BUILTIN_TRANSPORTS', 'FASTDDS_ENVIRONMENT_FILE', 'ROS2_EASY_MODE')
 OWN_PROFILES = 'DEFAULT_FASTDDS_PROFILES.xml', 'DEFAULT_FASTRTPS_PROFILES.xml'
 
 TELL_EVERY = 0.5  # whoever started the node how many frames it has served [s]
@@ -74,8 +73,9 @@ def bring_profile():
     """
     if (os.environ.get('RMW_IMPLEMENTATION') or 'rmw_fastrtps_cpp') != 'rmw_fastrtps_cpp':
         return
-    has_own = any(os.path.exists(name) for name in OWN_PROFILES)
-    if not has_own and OWN_TRANSPORTS.isdisjoint(os.environ):
+    if (os.environ.get('RMW_FASTRTPS_USE_QOS_FROM_XML') != '1'
+            and not any(os.environ.get(name) for name in OWN_TRANSPORTS)
+            and not any(os.path.exists(name) for name in OWN_PROFILES)):
         os.environ['FASTDDS_DEFAULT_PROFILES_FILE'] = str(config_path('fastdds.xml'))
 
 
@@ -110,15 +110,16 @@ def run(node_class, args=None):
             _refuse_others(arguments)
             node = node_class()
             tell_of_strangers(node, arguments)
+            teller = Teller()
             node.ended.add_done_callback(lambda ended: _set_once(stop, ended.result()))
             try:
                 executor = SingleThreadedExecutor()
                 executor.add_node(node)
-                _tell_figures(node)
-                notices.tell(True, READY=1)
+                _tell_figures(node, teller)
+                teller.tell(READY=1)
                 executor.spin_until_future_complete(stop)
             finally:
-                notices.tell(True, STOPPING=1, **_as_variables(node.figures))
+                teller.tell(STOPPING=1, **_as_variables(node.figures))
                 is_unfinished = node.close()
             return 1 if is_unfinished else stop.result()
     except BadParameter as error:
@@ -130,17 +131,17 @@ def _as_variables(figures):
     return {f'X_FLAG_SIM_{name.upper()}': number for name, number in figures.items()}
 
 
-def _tell_figures(node):
+def _tell_figures(node, teller):
     """Tell whoever started the node, while it runs, how many frames it has served."""
-    if not notices.is_wanted():
+    if not teller.is_wanted:
         return
-    told = [None]
+    told = {}
 
     def tell():
         figures = node.figures
-        if figures != told[0]:
-            told[0] = figures
-            notices.tell(False, STATUS=f'{figures["frames"]} frames', **_as_variables(figures))
+        if figures != told and teller.tell_news(STATUS=f'{figures["frames"]} frames',
+                                                **_as_variables(figures)):
+            told.update(figures)
     node.create_timer(TELL_EVERY, tell, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
 

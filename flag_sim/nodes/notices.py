@@ -19,45 +19,75 @@ By the protocol of systemd, sd_notify(3): a datagram of lines NAME=value to the 
 environment variable NOTIFY_SOCKET names. So nobody has to read a log's wording for it.
 """
 import contextlib
+import fcntl
 import os
 import secrets
 import select
 import socket
-import time
+import struct
+import termios
 
-PATIENCE = 5.0  # for a receiver that takes nothing in [s]; what is said then is lost
+PATIENCE = 5.0  # for a receiver that has not read ten notices [s]; what is said then is lost
 MOST_BYTES = 4096  # of a notice
 
 
-def is_wanted():
-    """Return whether somebody wants to be told."""
-    return bool(os.environ.get('NOTIFY_SOCKET'))
-
-
-def tell(must_arrive, **variables):
+class Teller:
     """
-    Send `variables`, those of sd_notify(3) or named X_FLAG_SIM_..., if somebody wants them.
+    The sending end, in the process that was started; `is_wanted` tells whether anybody listens.
 
-    must_arrive: whether to wait for a receiver that is busy. One that is gone hinders nobody.
+    Variables are those of sd_notify(3), or named X_FLAG_SIM_... A receiver that is gone hinders
+    nobody.
     """
-    if not is_wanted():
-        return
-    notice = ''.join(f'{name}={value}\n' for name, value in variables.items())
-    address = os.environ['NOTIFY_SOCKET']
-    if address.startswith('@'):  # a name of the kernel's own, not of a file
-        address = '\0' + address[1:]
-    with contextlib.suppress(OSError), \
-            socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as sender:
-        sender.settimeout(PATIENCE if must_arrive else 0.0)
-        sender.sendto(notice.encode(), address)
+
+    def __init__(self):
+        self._socket = None
+        address = os.environ.get('NOTIFY_SOCKET')
+        if not address:
+            return
+        if address.startswith('@'):  # a name of the kernel's own, not of a file
+            address = '\0' + address[1:]
+        sender = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        try:
+            sender.connect(address)
+        except OSError:
+            sender.close()
+            return
+        sender.settimeout(PATIENCE)
+        self._socket = sender
+
+    @property
+    def is_wanted(self):
+        """Return whether somebody asked to be told."""
+        return self._socket is not None
+
+    def tell(self, **variables):
+        """Send variables that must arrive."""
+        if self.is_wanted:
+            notice = ''.join(f'{name}={value}\n' for name, value in variables.items())
+            with contextlib.suppress(OSError):
+                self._socket.send(notice.encode())
+
+    def tell_news(self, **variables):
+        """
+        Send variables that newer ones will replace, if all that was sent before has been read.
+
+        So they leave room in the receiver's queue for those that must arrive, also while it
+        sleeps. Return whether they were sent.
+        """
+        is_read = self.is_wanted and not self._unread_bytes()
+        if is_read:
+            self.tell(**variables)
+        return is_read
+
+    def _unread_bytes(self):
+        return struct.unpack('i', fcntl.ioctl(self._socket, termios.TIOCOUTQ, bytes(4)))[0]
 
 
 class Notices:
     """
     The receiving end for one process; `address` is the NOTIFY_SOCKET that it is started with.
 
-    The kernel keeps at least the first ten notices until they are read: those that must arrive do,
-    also where the receiver sleeps meanwhile.
+    The kernel keeps what was told until it is read, so nothing is lost while the receiver sleeps.
     """
 
     def __init__(self):
