@@ -179,7 +179,7 @@ def test_a_ros2_of_wheels_hands_its_libraries_to_nobody(tmp_path):
 
 
 def test_an_editable_install_serves_ros2_too(setup, tmp_path):
-    """Its wheel has the index entry and the executables that `ros2 pkg` and `ros2 run` look for."""
+    """Its wheel has the index entry that `ros2 pkg` looks for, and `ros2 run`'s executables."""
     for name in ('setup.py', 'setup.cfg', 'pyproject.toml', 'package.xml', 'README.md'):
         shutil.copy(ROOT / name, tmp_path)
     for name in ('config', 'resource'):

@@ -127,7 +127,8 @@ def test_what_proves_dear_in_the_check_is_not_taken(tmp_path, monkeypatch):
 
     monkeypatch.setattr(Trials, 'motion', motion)
     assert run(tmp_path, 20.0) == 0
-    chosen = yaml.safe_load((tmp_path / 'tuned.yaml').read_text())['/**/physics']['ros__parameters']
+    tuned = yaml.safe_load((tmp_path / 'tuned.yaml').read_text())
+    chosen = tuned['/**/physics']['ros__parameters']
     chosen = {dial: chosen[dial] for dial in checked[0]}
     assert chosen in checked and chosen != checked[0]
 
