@@ -29,21 +29,28 @@ def compiling(node, what, seconds=1.0):
     the machine is busy: the user is told which. The node does nothing else meanwhile.
     """
     begin, before = time.monotonic(), compilations()
+    over = threading.Event()
+
+    def is_compiled():
+        return compilations() > before
 
     def tell():
-        node.get_logger().info(f'compiling {what}: frames wait for it, half a minute at most '
-                               'unless the machine is busy; later starts load what is kept now'
-                               if compilations() > before else
-                               f'loading {what}, which an earlier start has compiled: frames wait '
-                               'for it')
-    timer = threading.Timer(seconds, tell)
-    timer.daemon = True
-    timer.start()
+        said = None
+        while not over.wait(seconds):
+            if is_compiled() != said:
+                said = is_compiled()
+                node.get_logger().info(
+                    f'compiling {what}: frames wait for it, half a minute at most unless the '
+                    'machine is busy; later starts load what is kept now' if said else
+                    f'loading {what}: frames wait for it')
+    teller = threading.Thread(target=tell, daemon=True)
+    teller.start()
     try:
         yield
     finally:
-        timer.cancel()
+        over.set()
+        teller.join()
     spent = time.monotonic() - begin
     if spent > seconds:
-        done = 'compiled' if compilations() > before else 'loaded'
-        node.get_logger().info(f'{done} {what} in {spent:.1f} s')
+        node.get_logger().info(
+            f'{"compiled" if is_compiled() else "loaded"} {what} in {spent:.1f} s')
