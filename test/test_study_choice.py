@@ -182,7 +182,7 @@ def test_a_written_file_keeps_types(tmp_path):
     path = tmp_path / 'new.yaml'
     values = {'a': 60.0, 'b': 0.05, 'c': 31, 'd': 'symplectic', 'e': 1e-3 / 3.0, 'f': 1e9}
     params.write(path, ['what', '', 'it is'], {'physics': values})
-    known = yaml.safe_load(path.read_text())['/physics']['ros__parameters']
+    known = yaml.safe_load(path.read_text())['/**/physics']['ros__parameters']
     assert known == pytest.approx(values, abs=1e-6)
     assert [type(value) for value in known.values()] == [type(v) for v in values.values()]
     with pytest.raises(FileExistsError):

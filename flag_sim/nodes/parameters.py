@@ -16,6 +16,7 @@
 import difflib
 
 from flag_sim.dials.catalogue import NODES, SCENE
+from flag_sim.nodes.stopwatch import Stopwatch
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.node import Node
@@ -45,9 +46,15 @@ class DialNode(Node):
     def __init__(self, name, dials, **options):
         super().__init__(name, **options)
         self.ended = Future()  # set to the exit status when the node has nothing left to do
+        self._stopwatch = Stopwatch()
         self._dials = {dial.name: dial for dial in dials}
         self.values = {}
         self._declare()
+
+    @property
+    def figures(self):
+        """Return how many frames were served, and where the time went: see Stopwatch."""
+        return self._stopwatch.figures()
 
     def _declare(self):
         # rclpy's private record of what was given at the start: its public way, to declare all

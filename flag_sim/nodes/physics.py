@@ -23,10 +23,12 @@ from flag_sim.cloth.simulation import Cloth, Diverged, MAX_WIND
 from flag_sim.cloth.strain import greatest_strain
 from flag_sim.dials.catalogue import PHYSICS, SCENE
 from flag_sim.dials.settings import air_of, cloth_of, hang_of, material_of, pole_of, stepping_of
+from flag_sim.kernels import compilations
 from flag_sim.nodes import messages
+from flag_sim.nodes.compiling import compiling
 from flag_sim.nodes.complaints import WARN_EVERY
 from flag_sim.nodes.lasting import Lasting
-from flag_sim.nodes.life import compiling, run
+from flag_sim.nodes.life import run
 from flag_sim.nodes.readout import ERROR, WARN
 from flag_sim.nodes.server import FrameServer
 from flag_sim.nodes.topics import publish
@@ -56,7 +58,7 @@ class Physics(FrameServer):
         self._softened = Lasting(CALM)
         self._held = 0  # nodes that stretch_limit held back in the last frame
         self._diverged = ''  # why the last frame could not be simulated
-        self._busy = 0.0, ''  # how long the last frame took [s], and what was compiled for it
+        self._busy = 0.0, ''  # how long the last frame took [s]; what was compiled or loaded then
         self._applied = dict(self.values)
         self._cloth = cloth_of(self.values)
         self._warm_up(self.values)
@@ -100,7 +102,7 @@ class Physics(FrameServer):
     def work(self, tag, wind, values):
         """Return the frame's PointCloud2."""
         begin = time.monotonic()
-        kernels = kernels_of(self._applied)
+        kernels, before = kernels_of(self._applied), compilations()
         if self._time is None and tag.take is not None and tag.index > 0:
             self.get_logger().warning(f'joined the take at frame {tag.index}: the cloth begins at '
                                       'rest there; reset for a whole take')
@@ -111,8 +113,11 @@ class Physics(FrameServer):
         if self._time is not None:
             self._advance((tag.stamp - self._time) * 1e-9, wind)
         self._time = tag.stamp
-        compiled = kernels_of(values) if kernels_of(values) != kernels else ''
-        self._busy = time.monotonic() - begin, compiled
+        prepared = ''
+        if kernels_of(values) != kernels:
+            doing = 'compiling' if compilations() > before else 'loading'
+            prepared = f'{doing} {kernels_of(values)}'
+        self._busy = time.monotonic() - begin, prepared
         return messages.cloud_message(tag.stamp, self._cloth.positions, self._cloth.normals())
 
     def _configure(self, values):
@@ -152,11 +157,11 @@ class Physics(FrameServer):
 
     def _cause_of_gap(self, dt):
         """Return in words why no frame was served for so long, or what can be done about it."""
-        seconds, compiled = self._busy
+        seconds, prepared = self._busy
         if seconds < 0.5 * dt:  # they were not sent, or not by this clock
             return 'a greater max_gap would simulate them'
         return (f'physics itself was busy for {seconds:.1f} s'
-                + (f', compiling {compiled}' if compiled else ' with the frame before'))
+                + (f', {prepared}' if prepared else ' with the frame before'))
 
     def _report(self, plan, dt):
         """Say when steps or cloth begin to be other than they are set, and when that is over."""
@@ -209,7 +214,7 @@ class Physics(FrameServer):
 
     def answer(self, stamp, cloud):
         """Publish the frame's vertices."""
-        with self.stopwatch.share('publish'):
+        with self._stopwatch.share('publish'):
             self._vertices_out.publish(cloud)
 
 

@@ -23,7 +23,6 @@ from flag_sim.nodes.frames import Tag
 from flag_sim.nodes.life import run
 from flag_sim.nodes.parameters import BadParameter, DialNode
 from flag_sim.nodes.recorder import serialized_stamp
-from flag_sim.nodes.stopwatch import Stopwatch
 from flag_sim.nodes.topics import publish
 from rclpy.clock import Clock, ClockType
 
@@ -45,7 +44,6 @@ class Player(DialNode):
         self._bag = RecordedTopics(self.values['path'])
         self._out = {name: publish(self, name) for name in self._chosen()}
         self._messages = self._bag.messages(self._out)
-        self._stopwatch = Stopwatch()
         self._status = 0
         self._next = self._read()
         self._start = None  # (steady time [s], time in the bag [ns]) of the first message

@@ -26,7 +26,6 @@ from flag_sim.nodes.complaints import Refusals, Waiting
 from flag_sim.nodes.frames import Arrival, FrameOrder
 from flag_sim.nodes.life import run
 from flag_sim.nodes.parameters import BadParameter, DialNode
-from flag_sim.nodes.stopwatch import Stopwatch
 from flag_sim.nodes.topics import publish, publishers, subscribe, TOPICS
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.serialization import deserialize_message
@@ -86,7 +85,6 @@ class Recorder(DialNode):
         self._refusals = Refusals()
         self._offset = self._newest = 0
         self._copies = self._lost = 0
-        self._stopwatch = Stopwatch()
         self._frame_done_out = publish(self, 'frame_done')
         for name in self.values['topics']:
             self._record(name)

@@ -20,9 +20,10 @@ from flag_sim.dials.catalogue import RENDERER, SCENE
 from flag_sim.dials.settings import look_of
 from flag_sim.drawing import Picture
 from flag_sim.nodes import messages
+from flag_sim.nodes.compiling import compiling
 from flag_sim.nodes.complaints import Waiting
 from flag_sim.nodes.frames import Tag
-from flag_sim.nodes.life import compiling, run
+from flag_sim.nodes.life import run
 from flag_sim.nodes.server import FrameServer
 from flag_sim.nodes.topics import DEPTH, publish, publishers, subscribe
 import numpy as np
@@ -60,7 +61,7 @@ class Renderer(FrameServer):
         subscribe(self, 'vertices', self._on_vertices)
         self._grace = self.create_timer(GRACE, self._end_grace)
         self._several = self.create_timer(LOOK_AGAIN, self._look_for_several)
-        self._waiting = Waiting(self, self._missing, lambda: self.stopwatch.frames)
+        self._waiting = Waiting(self, self._missing, lambda: self._stopwatch.frames)
         self.get_logger().info(
             f'{self.values["width"]} x {self.values["height"]} pixels, waiting for vertices')
 
@@ -173,7 +174,7 @@ class Renderer(FrameServer):
     def answer(self, stamp, shot):
         """Publish the picture, then say that the frame is done."""
         self._draw(stamp, shot)  # for those who have begun to listen since the frame was served
-        with self.stopwatch.share('publish'):
+        with self._stopwatch.share('publish'):
             for name in self._listened():
                 if name in shot.messages:
                     self._camera_out[name].publish(shot.messages[name])

@@ -21,7 +21,6 @@ from flag_sim.nodes.complaints import Refusals
 from flag_sim.nodes.frames import Arrival, FrameOrder
 from flag_sim.nodes.parameters import DialNode
 from flag_sim.nodes.readout import compute_time, ERROR, OK, Readout
-from flag_sim.nodes.stopwatch import Stopwatch
 from flag_sim.nodes.topics import subscribe
 
 
@@ -35,7 +34,6 @@ class FrameServer(DialNode):
 
     def __init__(self, name, dials):
         super().__init__(name, dials)
-        self.stopwatch = Stopwatch()
         self._order = FrameOrder()
         self._inputs = {}   # (wind, values) by index, of frames that wait for their turn
         self._answers = {}  # (index, answer) by stamp, of frames that may be asked for again
@@ -72,14 +70,14 @@ class FrameServer(DialNode):
 
     def status(self):
         """Return (level, message, {name with unit: value}) of the node, for its `state`."""
-        return OK, 'serving frames' if self.stopwatch.frames else 'waiting for frames', {}
+        return OK, 'serving frames' if self._stopwatch.frames else 'waiting for frames', {}
 
     def _status(self):
         level, message, values = self.status()
         if self._clash:
             level, message = ERROR, self._clash
-        return level, message, {'frames served': self.stopwatch.frames,
-                                **compute_time(self.stopwatch), **values}
+        return level, message, {'frames served': self._stopwatch.frames,
+                                **compute_time(self._stopwatch), **values}
 
     def _on_parameters(self, message, info):
         try:
@@ -141,10 +139,10 @@ class FrameServer(DialNode):
         while (tag := self._order.next_frame(self.is_ready)) is not None:
             wind, keyed = self._inputs.pop(tag.index)
             # What a user sets meanwhile counts from this frame on; keys count before it.
-            with self.stopwatch.share('work'):
+            with self._stopwatch.share('work'):
                 answer = self.work(tag, wind, self._merge(keyed))
             self._answers[tag.stamp] = tag.index, answer
-            self.stopwatch.frames += 1
+            self._stopwatch.frames += 1
             self.answer(tag.stamp, answer)
 
     def answer_again(self, stamp):
@@ -162,4 +160,4 @@ class FrameServer(DialNode):
 
     def close(self):
         """Say where the time went."""
-        self.get_logger().info(self.stopwatch.summary())
+        self.get_logger().info(self._stopwatch.summary())

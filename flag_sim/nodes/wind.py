@@ -26,7 +26,6 @@ from flag_sim.nodes.delivery import check_delivery, Delivery
 from flag_sim.nodes.frames import next_take, Tag
 from flag_sim.nodes.life import run
 from flag_sim.nodes.readout import compute_time, OK, Readout, WARN
-from flag_sim.nodes.stopwatch import Stopwatch
 from flag_sim.nodes.topics import publish, subscribe
 from flag_sim.nodes.weather import Weather
 from geometry_msgs.msg import Vector3, Vector3Stamped
@@ -50,7 +49,6 @@ class Wind(AnimationNode):
         self._clock_out = publish(self, '/clock') if self.values['publish_clock'] else None
         self._message = messages.FrameMessage(self.get_fully_qualified_name())
         self._flight = Delivery(self, self._send_again, self._on_done)
-        self._stopwatch = Stopwatch()
         # Frames sent; skipped, when time went by without them; undone, when others were too slow.
         self._frames = Counter()
         self._reported, self._shown = Counter(), Counter()

@@ -30,9 +30,10 @@ FORMAT = 2
 def main(args=None):
     """Run the study; return the exit status."""
     parser = argparse.ArgumentParser(prog='study', description=__doc__)
-    parser.add_argument('--minutes', type=positive, default=5.0, help='time to measure (5)')
+    parser.add_argument('--minutes', type=positive, default=5.0, help='time to measure [min] (5)')
     parser.add_argument('--output', type=Path, default=Path('out/study'),
-                        help='folder of what is made; one that was interrupted is gone on with')
+                        help='folder of what is made (out/study); one that was interrupted is '
+                        'gone on with')
     options = parser.parse_args(args)
     try:
         store = Store(options.output, {'format': FORMAT, **machine.identity()})

@@ -101,7 +101,7 @@ def write(path, comment, blocks):
     for node, values in blocks.items():
         if not values:
             continue
-        lines += [f'/{node}:', '  ros__parameters:']
+        lines += [f'/**/{node}:', '  ros__parameters:']  # in any namespace
         lines += [f'    {name}: {_text(value)}' for name, value in values.items()]
     handle, beside = tempfile.mkstemp(dir=path.parent, prefix=f'.{path.name}-')
     try:

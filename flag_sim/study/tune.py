@@ -35,7 +35,7 @@ def main(args=None):
     parser = argparse.ArgumentParser(prog='tune', description=__doc__)
     parser.add_argument('--error-px', type=positive, required=True,
                         help=f'RMS error after {1e3 * WINDOW:.0f} ms that is allowed [pixel]')
-    parser.add_argument('--rate', type=positive, default=30.0, help='frames a second (30)')
+    parser.add_argument('--rate', type=positive, default=30.0, help='frames a second [Hz] (30)')
     parser.add_argument('--output', type=Path, required=True, help='the new params file')
     parser.add_argument('--params-file', type=Path,
                         help='params file with your camera, image size, flag and wind')
