@@ -62,7 +62,8 @@ class Recorder(DialNode):
     Writes every message once, at its own stamp, and says on `frame_done` which frames are safe.
 
     In the bag a message's time is its stamp, so that the bag plays at the shot's own speed however
-    fast it was made. After a reset the time in the bag goes on.
+    fast it was made. After a reset the time in the bag goes on; it is later than the stamp only
+    where the take's stamps are not beyond those of the take before.
     """
 
     def __init__(self):
@@ -82,6 +83,7 @@ class Recorder(DialNode):
         self._missing = {}  # topics that have not come, by stamp, of frames that are not whole
         self._whole = collections.OrderedDict()  # stamps of the latest whole frames
         self._order = FrameOrder()
+        self._held = None  # parameters that are a late copy or begin a round, as the next tell
         self._takes = 0
         self._refusals = Refusals()
         self._offset = self._newest = 0
@@ -101,9 +103,8 @@ class Recorder(DialNode):
         self._bag.add_topic(topic, TOPICS[name].message)
 
         def write(data, info):
-            if name == 'parameters':
-                self._follow_takes(data, info)
-            self._write(name, topic, data)
+            for message in self._follow_takes(data, info) if name == 'parameters' else [data]:
+                self._write(name, topic, message)
         subscribe(self, name, self._refusing(name, write), raw=True)
 
     def _refusing(self, name, take_in):
@@ -118,7 +119,11 @@ class Recorder(DialNode):
         return guarded
 
     def _follow_takes(self, data, info):
-        """Notice when the shot begins anew: its stamps then are no copies of the earlier ones."""
+        """
+        Notice when the shot begins anew: its stamps then are no copies of the earlier ones.
+
+        Returns the messages that are to be recorded now: `data`, and what was held back before it.
+        """
         try:
             message = deserialize_message(data, ParameterEvent)
         except RuntimeError:  # of the middleware; it names a line in its source
@@ -126,20 +131,32 @@ class Recorder(DialNode):
         try:
             tag, _, _ = messages.read_parameters(message)
         except ValueError:
-            return  # physics refuses it and says so; here it is only recorded
+            return [data]  # physics refuses it and says so; here it is only recorded
         if tag.take is None:
-            return
+            return [data]
+        held, self._held = self._held, None
         arrival = self._order.arrive(tag, bytes(info['publisher_gid']['data']))
+        first = min(self._order.waiting.values(), default=tag)
+        is_round = arrival is Arrival.RESTART and len(self._order.waiting) > 1
+        self._copies += held is not None and not is_round
+        if arrival is Arrival.STALE:
+            self._held = data
+            return []
         while self._order.next_frame() is not None:
             pass  # its turn is all the same here, but a take that is played again is known by it
-        if arrival is not Arrival.RESTART:
-            return
+        if arrival is Arrival.RESTART:
+            self._begin_take(first.stamp)
+        return [held, data] if is_round else [data]
+
+    def _begin_take(self, stamp):
+        """Let a take whose first frame has `stamp` [ns] follow in the bag after the one before."""
         # Images of the first take may come before its parameters: they belong to it.
         if self._takes:
             self.get_logger().info(
-                f'another take begins, as the wind was reset or another sender came: it follows '
-                f'in {self._bag.path} after {counted(self._stopwatch.frames, "frame")} before')
-            self._offset = self._newest + TAKE_GAP
+                f'another take begins, as the wind was reset, a bag is played again or another '
+                f'sender came: it follows in {self._bag.path} after '
+                f'{counted(self._stopwatch.frames, "frame")} before')
+            self._offset = max(self._newest + TAKE_GAP - stamp, 0)
             self._lost += len(self._missing)
             self._missing.clear()
             self._whole.clear()
