@@ -167,7 +167,8 @@ RECORDER = (
 
 PLAYER = (
     Dial('path', '', 'the bag that is played', fixed=True),
-    Dial('topics', [], 'topics to play; none: parameters, or else vertices', item=str),
+    Dial('topics', [], 'topics to play; none: parameters, or else vertices', item=str,
+         fixed=True),
     replace(PACE, fixed=True),
     Dial('rate', 1.0, 'realtime: how much faster than it was', '', 0.01, 1000.0, fixed=True),
     replace(WAIT_FOR, fixed=True),

@@ -33,6 +33,12 @@ NOTHING_KEPT = 'sqlite3 keeps nothing of a bag that is not finished'
 NO_ROSBAGS = "bags need rosbags: pip install 'flag_sim[record]'"
 
 
+def type_name(message_type):
+    """Return how bags name a ROS message class."""
+    package = message_type.__module__.split('.')[0]
+    return f'{package}/msg/{message_type.__name__}'
+
+
 class Bag:
     """
     A new bag at `path`; nothing that exists is overwritten.
@@ -63,9 +69,8 @@ class Bag:
 
     def add_topic(self, topic, message_type):
         """Add a topic by its full name; `message_type` is a ROS message class."""
-        package = message_type.__module__.split('.')[0]
         self._connections[topic] = self._writer.add_connection(
-            topic, f'{package}/msg/{message_type.__name__}', typestore=self._types)
+            topic, type_name(message_type), typestore=self._types)
 
     def write(self, topic, time, data):
         """Write a serialised message at `time` [ns]; raises OSError where the disk is full."""
@@ -109,8 +114,8 @@ class RecordedTopics:
     """
     The package's own topics in a bag, whoever recorded it.
 
-    names: {topic in the bag: its name in `topics.TOPICS`}; a namespace before it makes no
-    difference. Raises BadParameter where there is no bag that can be read.
+    names: {topic in the bag: its name in `topics.TOPICS`} of all that have its type; a namespace
+    before it makes no difference. Raises BadParameter where there is no bag that can be read.
     """
 
     def __init__(self, path):
@@ -129,17 +134,38 @@ class RecordedTopics:
         with self._readable():
             self._reader = AnyReader([Path(path)])
             self._reader.open()
-            topics = sorted(self._reader.topics)
-        self.names = {topic: name for topic in topics for name in TOPICS
-                      if topic.endswith('/' + name.lstrip('/'))}
+            types = {topic: info.msgtype for topic, info in sorted(self._reader.topics.items())}
+        self.names = {topic: name for topic, kind in types.items() for name in TOPICS
+                      if topic.endswith('/' + name.lstrip('/'))
+                      and kind == type_name(TOPICS[name].message)}
+
+    def find(self, name):
+        """
+        Return the topic in the bag that is meant by its name there or in `topics.TOPICS`.
+
+        Raises BadParameter where there is none, and where there are several.
+        """
+        found = [topic for topic, own in self.names.items() if own == name]
+        if name in self.names:
+            found = [name]
+        if not found:
+            raise BadParameter(f'topics: the bag has no {name}; '
+                               f'it has {", ".join(self.names) or "none of ours"}')
+        if len(found) > 1:
+            raise BadParameter(f'topics: the bag has {len(found)} topics of the name {name}, '
+                               f"{', '.join(found)}; name one as it stands there: "
+                               f"topics:='[{found[0]}]'")
+        return found[0]
 
     def messages(self, names):
         """
-        Yield (name, time in the bag [ns], serialised message) of the topics `names`.
+        Yield (name in `topics.TOPICS`, time in the bag [ns], serialised message), in its order.
 
-        Raises BadParameter where the bag is damaged.
+        names: of the topics that are read, as `find` takes them. Raises BadParameter where the
+        bag is damaged.
         """
-        wanted = [c for c in self._reader.connections if self.names.get(c.topic) in names]
+        topics = {self.find(name) for name in names}
+        wanted = [c for c in self._reader.connections if c.topic in topics]
         messages = self._reader.messages(wanted)
         while True:
             with self._readable():

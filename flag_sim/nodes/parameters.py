@@ -18,6 +18,7 @@ import difflib
 from flag_sim.dials.catalogue import NODES, SCENE
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
+from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.task import Future
@@ -48,6 +49,17 @@ class DialNode(Node):
         self._dials = {dial.name: dial for dial in dials}
         self.values = {}
         self._declare()
+
+    def create_timer(self, timer_period_sec, callback, callback_group=None, clock=None, **options):
+        """
+        Return a timer, of a steady clock unless another is given.
+
+        Frames alone follow the simulation's time. Who is waited for and what is told is about the
+        real world: with use_sim_time rclpy's own timers would stand still with the simulation.
+        """
+        return super().create_timer(
+            timer_period_sec, callback, callback_group,
+            clock or Clock(clock_type=ClockType.STEADY_TIME), **options)
 
     def _declare(self):
         # rclpy's private record of what was given at the start: its public way, to declare all

@@ -15,7 +15,6 @@
 """The recorder node: writes topics as they are into a bag, for those who have no `ros2 bag`."""
 import collections
 import datetime
-import struct
 import sys
 import time
 
@@ -39,22 +38,16 @@ LATEST = 2**63 - 1  # that rosbag2 can hold, as its times are signed [ns]
 LINGER = 3.0
 
 
-def serialized_stamp(data):
-    """
-    Return the stamp [ns] of a serialised message that begins with a Time or a Header.
-
-    CDR: four bytes that say the byte order, then the seconds and the nanoseconds. Raises
-    ValueError for a message that is too short for them.
-    """
-    if len(data) < 12:
-        raise ValueError(f'its {len(data)} bytes are too few for a stamp')
-    seconds, nanoseconds = struct.unpack_from('<iI' if data[1] & 1 else '>iI', data, 4)
-    return seconds * 10**9 + nanoseconds
-
-
 def counted(number, noun, plural=''):
     """Return a number of things in words."""
     return f'{number} {noun if number == 1 else plural or noun + "s"}'
+
+
+def check_single(names):
+    """Raise BadParameter if a topic is named twice."""
+    doubles = [name for name, n in collections.Counter(names).items() if n > 1]
+    if doubles:
+        raise BadParameter(f'topics: each is named once, but {doubles[0]!r} more often')
 
 
 class Recorder(DialNode):
@@ -70,16 +63,10 @@ class Recorder(DialNode):
         super().__init__('recorder', RECORDER)
         if not self.values['topics']:
             raise BadParameter('topics: there is nothing to record')
-        known = [name for name, topic in TOPICS.items() if topic.stamped]
-        unknown = [name for name in self.values['topics'] if name not in known]
-        if unknown:
-            raise BadParameter(f'topics: {unknown[0]!r} is not one of {", ".join(known)}')
-        doubles = [name for name, n in collections.Counter(self.values['topics']).items() if n > 1]
-        if doubles:
-            raise BadParameter(f'topics: each is named once, but {doubles[0]!r} more often')
+        self._topics = self._named()
         path = self.values['path'] or datetime.datetime.now().strftime('rosbag2_%Y_%m_%d-%H_%M_%S')
         self._bag = Bag(path, self.values['storage'], self.values['compression'])
-        self._every_frame = {t for t in self.values['topics'] if TOPICS[t].every_frame}
+        self._every_frame = {t for t in self._topics if TOPICS[t].every_frame}
         self._missing = {}  # topics that have not come, by stamp, of frames that are not whole
         self._whole = collections.OrderedDict()  # stamps of the latest whole frames
         self._order = FrameOrder()
@@ -90,13 +77,24 @@ class Recorder(DialNode):
         self._copies = self._lost = 0
         self._stopwatch = Stopwatch()
         self._frame_done_out = publish(self, 'frame_done')
-        for name in self.values['topics']:
+        for name in self._topics:
             self._record(name)
-        if 'parameters' not in self.values['topics']:
+        if 'parameters' not in self._topics:
             subscribe(self, 'parameters', self._refusing('parameters', self._follow_takes),
                       raw=True)
         self._waiting = Waiting(self, self._lacking, lambda: self._stopwatch.frames)
-        self.get_logger().info(f'recording {", ".join(self.values["topics"])} into {path}')
+        self.get_logger().info(f'recording {", ".join(self._topics)} into {path}')
+
+    def _named(self):
+        """Return the topics by their names in TOPICS; they may be given as the graph shows them."""
+        known = [name for name, topic in TOPICS.items() if topic.stamped]
+        shown = {self.resolve_topic_name(name): name for name in known}
+        names = [shown.get(name, name) for name in self.values['topics']]
+        unknown = [name for name in names if name not in known]
+        if unknown:
+            raise BadParameter(f'topics: {unknown[0]!r} is not one of {", ".join(known)}')
+        check_single(names)
+        return names
 
     def _record(self, name):
         topic = self.resolve_topic_name(name)
@@ -163,7 +161,7 @@ class Recorder(DialNode):
         self._takes += 1
 
     def _write(self, name, topic, data):
-        stamp = serialized_stamp(data)
+        stamp = messages.serialized_stamp(data)
         if stamp < 0:  # a bag counts its times from 0
             raise ValueError(f'its stamp {stamp / 1e9} s is before 0')
         if stamp + self._offset > LATEST:
@@ -202,7 +200,7 @@ class Recorder(DialNode):
         stamp = min((stamp for stamp in self._missing if stamp > last), default=None)
         if stamp is None or self._is_full:
             return ''
-        name = min(self._missing[stamp], key=self.values['topics'].index)
+        name = min(self._missing[stamp], key=self._topics.index)
         senders = publishers(self, name)
         return f'{name} of the frame at {stamp / 1e9:.3f} s: ' + (
             f'{senders} has not sent it, its log says why' if senders else 'nobody publishes it')

@@ -30,7 +30,6 @@ from flag_sim.nodes.stopwatch import Stopwatch
 from flag_sim.nodes.topics import publish, subscribe
 from flag_sim.nodes.weather import Weather
 from geometry_msgs.msg import Vector3, Vector3Stamped
-from rclpy.clock import Clock, ClockType
 from rosgraph_msgs.msg import Clock as ClockMessage
 
 LOOK_AGAIN = 0.2  # how often lockstep looks for overdue frames [s]
@@ -114,8 +113,7 @@ class Wind(AnimationNode):
             self.destroy_timer(self._timer)
         playing = self.values['pace'] == 'realtime' and not self.values['paused']
         self._timer = self.create_timer(
-            1.0 / self.values['rate'] if playing else LOOK_AGAIN, self._on_timer,
-            clock=Clock(clock_type=ClockType.STEADY_TIME))
+            1.0 / self.values['rate'] if playing else LOOK_AGAIN, self._on_timer)
 
     def _on_timer(self):
         now = time.monotonic()
