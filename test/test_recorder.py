@@ -73,7 +73,8 @@ def test_an_older_take_of_another_sender_is_recorded(tmp_path, domain):
         assert graph.end('recorder') == 0
         assert graph.log('recorder').count('another take begins') == 2
         assert '7 frames' in graph.log('recorder') and '3 takes' in graph.log('recorder')
-    stamps = [messages.serialized_stamp(data) for _, _, data in recorded(tmp_path / 'bag', 'parameters')]
+    stamps = [messages.serialized_stamp(data)
+              for _, _, data in recorded(tmp_path / 'bag', 'parameters')]
     assert stamps == [0, *2 * [0, FRAME, 2 * FRAME]]
 
 

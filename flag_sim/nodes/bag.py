@@ -14,9 +14,9 @@
 
 """Bags, written and read by the rosbags library; the real rosbag2 reads and plays them too."""
 import contextlib
-from pathlib import Path
 import sqlite3
 
+from flag_sim import checks
 from flag_sim.nodes.parameters import BadParameter
 from flag_sim.nodes.topics import TOPICS
 
@@ -31,6 +31,14 @@ except ImportError:
 
 NOTHING_KEPT = 'sqlite3 keeps nothing of a bag that is not finished'
 NO_ROSBAGS = "bags need rosbags: pip install 'flag_sim[record]'"
+
+
+def expanded(path):
+    """Return a bag's path with the home that `~` stands for; raise BadParameter without one."""
+    try:
+        return checks.path('path', path)
+    except ValueError as error:
+        raise BadParameter(str(error)) from None
 
 
 def type_name(message_type):
@@ -53,7 +61,7 @@ class Bag:
             raise BadParameter(NO_ROSBAGS)
         if compression != 'none' and storage != 'mcap':
             raise BadParameter(f'compression {compression} needs storage mcap, not {storage}')
-        self.path = Path(path)
+        self.path = expanded(path)
         self._storage = storage
         self._is_aborted = False
         self._types = get_typestore(Stores.ROS2_KILTED)
@@ -123,16 +131,17 @@ class RecordedTopics:
             raise BadParameter(NO_ROSBAGS)
         if not path:
             raise BadParameter('path must name a bag: --ros-args -p path:=my_bag')
-        if not Path(path).exists():
+        path = expanded(path)
+        if not path.exists():
             raise BadParameter(f'path: there is no bag {str(path)!r}')
-        if Path(path).is_dir() and not (Path(path) / 'metadata.yaml').exists():
+        if path.is_dir() and not (path / 'metadata.yaml').exists():
             raise BadParameter(
                 f'path: {str(path)!r} is no finished bag, it has no metadata.yaml. If its '
                 f"recorder was killed, 'ros2 bag reindex {path}' helps: mcap has kept all but its "
                 'last chunk, sqlite3 nothing')
         self._path = path
         with self._readable():
-            self._reader = AnyReader([Path(path)])
+            self._reader = AnyReader([path])
             self._reader.open()
             types = {topic: info.msgtype for topic, info in sorted(self._reader.topics.items())}
         self.names = {topic: name for topic, kind in types.items() for name in TOPICS

@@ -27,6 +27,7 @@ from flag_sim.nodes.film import images_of, write_animation, write_contact_sheet
 from flag_sim.nodes.graph import Graph
 from flag_sim.nodes.life import bring_profile
 from flag_sim.nodes.topics import subscribe
+from flag_sim.study.arguments import given_path
 import rclpy
 from tqdm import tqdm
 import yaml
@@ -114,7 +115,7 @@ def main(args=None):
     """Play a shot, make its pictures, and say where they are."""
     parser = argparse.ArgumentParser(prog='demo', description=__doc__)
     parser.add_argument('--shot', default='gust', help='a params file in config/, without .yaml')
-    parser.add_argument('--out', type=Path, default=Path('out'), help='folder of what is made')
+    parser.add_argument('--out', type=given_path, default=Path('out'), help='folder of what is made')
     options = parser.parse_args(args)
     try:
         shot = config_path(f'{options.shot}.yaml')

@@ -88,6 +88,7 @@ def run(make_node, args=None):
         with context:
             _refuse_others(arguments)
             node = make_node()
+            node.tell_of_ignored()
             node.ended.add_done_callback(lambda ended: _set_once(stop, ended.result()))
             try:
                 executor = SingleThreadedExecutor()

@@ -16,6 +16,7 @@
 import difflib
 
 from flag_sim.dials.catalogue import NODES, SCENE
+from flag_sim.nodes.overrides import ignored_overrides, PREFIX
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.clock import Clock, ClockType
@@ -25,8 +26,8 @@ from rclpy.task import Future
 
 ARRAY_TYPES = {str: Parameter.Type.STRING_ARRAY, float: Parameter.Type.DOUBLE_ARRAY,
                bool: Parameter.Type.BOOL_ARRAY}
-# Names that rclpy itself declares and reads.
-ROS_NAMES = ('use_sim_time', 'start_type_description_service', 'qos_overrides.')
+# Names that rclpy itself declares and reads, beside QoS overrides.
+ROS_NAMES = ('use_sim_time', 'start_type_description_service')
 
 
 class BadParameter(ValueError):
@@ -76,7 +77,7 @@ class DialNode(Node):
         except ValueError as error:
             raise BadParameter(str(error)) from None
         for name in given:
-            if not name.startswith(ROS_NAMES):
+            if name not in ROS_NAMES and not name.startswith(PREFIX):
                 self._warn_of(name)
 
     def _declare_one(self, name, item, descriptor):
@@ -98,6 +99,11 @@ class DialNode(Node):
                                           f'/{self.get_name()}: it is ignored')
                 return
         self.get_logger().warning(f"parameter '{name}' is unknown and ignored{self._near(name)}")
+
+    def tell_of_ignored(self):
+        """Warn of QoS overrides that nothing takes; call it once the node has all its topics."""
+        for words in ignored_overrides(self):
+            self.get_logger().warning(words)
 
     def _near(self, name):
         near = difflib.get_close_matches(name, self._dials, n=1)
@@ -126,7 +132,7 @@ class DialNode(Node):
         """Set all of the parameters or, with the reason, none."""
         try:
             changes = {p.name: self.accept_change(p.name, p.value) for p in parameter_list
-                       if not p.name.startswith(ROS_NAMES)}
+                       if p.name not in ROS_NAMES}
             self.check({**self.values, **changes})
         except ValueError as error:
             return SetParametersResult(successful=False, reason=str(error))
@@ -140,7 +146,7 @@ class DialNode(Node):
     def accept_change(self, name, value):
         """Return `value` as accept does; raise ValueError also where only the start counts."""
         dial = self._dials.get(name)
-        if dial is not None and dial.fixed:
+        if name.startswith(PREFIX) or (dial is not None and dial.fixed):
             raise ValueError(f'{name} is fixed at the start of the node')
         return self.accept(name, value)
 

@@ -86,7 +86,7 @@ class Recorder(DialNode):
         self.get_logger().info(f'recording {", ".join(self._topics)} into {path}')
 
     def _named(self):
-        """Return the topics by their names in TOPICS; they may be given as the graph shows them."""
+        """Return the topics by our own names; they may be given as the graph shows them."""
         known = [name for name, topic in TOPICS.items() if topic.stamped]
         shown = {self.resolve_topic_name(name): name for name in known}
         names = [shown.get(name, name) for name in self.values['topics']]

@@ -31,6 +31,7 @@ import tempfile
 import time
 
 from flag_sim.nodes.graph import Graph
+from flag_sim.study.arguments import given_path
 
 from probe import answer_wind, feed, Probe, recorded_frames, sending_jitter
 
@@ -147,7 +148,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--frames', type=int, default=600)
     parser.add_argument('--runs', type=int, default=3)
-    parser.add_argument('--out', type=Path, default=Path('out/bench.json'))
+    parser.add_argument('--out', type=given_path, default=Path('out/bench.json'))
     options = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix='flag_sim-bench-') as folder:
         run(30, Path(folder))  # compiles the kernels where they are not cached yet
