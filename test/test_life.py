@@ -19,6 +19,7 @@ import resource
 import signal
 import subprocess
 import sys
+import time
 
 from builtin_interfaces.msg import Time
 from flag_sim.dials.catalogue import NODES
@@ -31,7 +32,7 @@ from rcl_interfaces.msg import ParameterEvent
 import rclpy
 from rclpy.clock import ClockType
 from std_msgs.msg import Empty, Header
-from support.shot import film, messages_of, SHOT, SMALL
+from support.shot import film, messages_of, SHOT, SMALL, stamp_of
 from support.watch import eventually, Watcher
 import yaml
 
@@ -312,6 +313,22 @@ def test_real_time_keeps_to_the_clock(tmp_path, domain):
     assert all(stamp % 20_000_000 == 0 for stamp in stamps)
     assert sorted(set(stamps)) == stamps and stamps[-1] <= 99 * 20_000_000
     assert {to_stamp(message.clock) for message in clock} >= set(stamps[5:])
+
+
+def test_stamps_by_the_wall_clock_match_those_of_sensors(tmp_path, domain):
+    """Every topic of a frame has one stamp, which another clock of this machine agrees with."""
+    begin = time.time_ns()
+    with Graph(tmp_path / 'log', domain) as graph:
+        assert film(graph, tmp_path / 'bag', 10, extra={
+            'wind': ['-p', 'stamp.clock:=wall', '-p', 'pace:=lockstep']}) == 0, graph.log('wind')
+    end = time.time_ns() + 10**9 * 10 // 30  # lockstep may be faster than the shot
+    images, infos, clouds = (
+        [(at, stamp_of(message)) for at, message in messages_of(tmp_path / 'bag', topic)]
+        for topic in ('/camera/image_raw', '/camera/camera_info', '/vertices'))
+    assert images == infos == clouds and len(images) == 10
+    assert all(begin < at == stamp < end for at, stamp in images)
+    first = images[0][0]
+    assert [at - first for at, _ in images] == [round(n * 1e9 / 30.0) for n in range(10)]
 
 
 def test_the_bag_can_be_sqlite(tmp_path, domain):

@@ -115,7 +115,8 @@ def main(args=None):
     """Play a shot, make its pictures, and say where they are."""
     parser = argparse.ArgumentParser(prog='demo', description=__doc__)
     parser.add_argument('--shot', default='gust', help='a params file in config/, without .yaml')
-    parser.add_argument('--out', type=given_path, default=Path('out'), help='folder of what is made')
+    parser.add_argument('--out', type=given_path, default=Path('out'),
+                        help='folder of what is made')
     options = parser.parse_args(args)
     try:
         shot = config_path(f'{options.shot}.yaml')

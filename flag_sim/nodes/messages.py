@@ -40,6 +40,8 @@ VALUE_FIELDS = {
     ParameterType.PARAMETER_DOUBLE_ARRAY: 'double_array_value',
 }
 
+LATEST = 2**31 * 10**9 - 1  # that a Time holds [ns]
+
 
 def to_time(stamp):
     """Return nanoseconds as a Time."""
