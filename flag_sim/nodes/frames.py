@@ -56,6 +56,15 @@ class Arrival(enum.Enum):
     RESTART = enum.auto()  # the first of another take or round: forget everything, then as NEW
 
 
+def _follows(tag, behind):
+    """Return whether a frame comes right after another one, or is it once more."""
+    if tag.take != behind.take:
+        return tag.take > behind.take
+    # Only where nothing is owed may some be left out between them.
+    owes = any(frame.oldest < frame.index for frame in (behind, tag))
+    return behind.index <= tag.index <= (behind.index + 1 if owes else tag.index)
+
+
 class FrameOrder:
     """Keeps frames until it is their turn."""
 
@@ -91,7 +100,7 @@ class FrameOrder:
         elif changed and tag.take < self._take:
             return self._restart(tag)
         elif not changed and self._is_behind(tag, behind):
-            if behind is not None and behind[1:3] <= tag[1:3]:
+            if behind is not None and _follows(tag, behind):
                 return self._restart(behind, tag)
             self._behind = tag
             return Arrival.STALE
@@ -129,10 +138,10 @@ class FrameOrder:
         """Return whether a frame cannot be a copy that the take's sender was asked for."""
         if tag.take < self._take:
             return True
-        # Short rounds are known by their first frame, and what follows one by following it.
+        # Rounds that are shorter than a window are known by their first frame.
+        is_early = self._first in (tag.index, behind.index if behind is not None else None)
         return tag.index < self._oldest and (
-            behind is not None or tag.index == self._first
-            or tag.index < self._last - self.LARGEST_WINDOW)
+            is_early or tag.index < self._last - self.LARGEST_WINDOW)
 
     def _restart(self, *tags):
         """Begin a round with the last of `tags`, and those before it of the same take."""
