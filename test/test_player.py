@@ -262,7 +262,8 @@ def test_what_counts_only_at_the_start_is_refused_while_running(tmp_path, domain
     with rclpy.init(domain_id=domain, args=['--ros-args', '-p', f'path:={path}']):
         node = make()
         for dial in dials:
-            (result,) = node.set_parameters([Parameter(dial.name, value=dial.default or 'x')])
+            value = ['x'] if dial.default == [] else dial.default
+            (result,) = node.set_parameters([Parameter(dial.name, value=value)])
             assert result.reason == f'{dial.name} is fixed at the start of the node'
         node.close()
         node.destroy_node()

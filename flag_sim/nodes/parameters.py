@@ -145,10 +145,11 @@ class DialNode(Node):
 
     def accept_change(self, name, value):
         """Return `value` as accept does; raise ValueError also where only the start counts."""
-        dial = self._dials.get(name)
-        if name.startswith(PREFIX) or (dial is not None and dial.fixed):
+        is_override = name.startswith(PREFIX)
+        accepted = None if is_override else self.accept(name, value)
+        if is_override or (name in self._dials and self._dials[name].fixed):
             raise ValueError(f'{name} is fixed at the start of the node')
-        return self.accept(name, value)
+        return accepted
 
     def _typed(self, parameter, changes):
         if parameter.name not in changes:
