@@ -14,6 +14,7 @@
 
 """Refusal of bad values, with a message that names the rule and the value."""
 import math
+from pathlib import Path
 
 import numpy as np
 
@@ -25,6 +26,19 @@ def require(holds, name, rule, value):
     """Raise ValueError('<name> must be <rule>, not <value>') unless it holds."""
     if not holds:
         raise ValueError(f'{name} must be {rule}, not {value!r}')
+
+
+def path(name, value):
+    """
+    Return value as a Path, with `~` and `~user` at its begin read as a shell does.
+
+    A shell itself does so only where they begin a word, not in `path:=~/bag` or `--out=~/out`.
+    Raises ValueError for a user that is not known here.
+    """
+    try:
+        return Path(value).expanduser()
+    except RuntimeError:
+        raise ValueError(f'{name} {value}: no home is known of such a user') from None
 
 
 def finite(name, value, low=-math.inf, high=math.inf, above=-math.inf):

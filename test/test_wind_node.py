@@ -108,6 +108,88 @@ def test_a_wrong_name_in_wait_for_can_be_mended_while_frames_wait(domain):
         assert [tag.index for tag, _ in bench.frames] == [0, 1, 2, 3]
 
 
+KEYED = ('gust.intensity:=0.3', 'loop:=true', 'tracks:=[wind.speed, physics.gravity]',
+         'keys.wind.speed.times:=[0.0, 0.21]', 'keys.wind.speed.values:=[3.1, 12.7]',
+         'keys.physics.gravity.times:=[0.1]', 'keys.physics.gravity.values:=[5.0]')
+
+
+@pytest.mark.parametrize('stamps, begin', [
+    ('stamp.start:=1796000000.5', 1_796_000_000_500_000_000), ('stamp.clock:=wall', None)])
+def test_stamps_from_anywhere_change_nothing_but_stamps(domain, stamps, begin):
+    """Keys, their announcement, gusts, loops and a reset: by the time of the take."""
+    played = []
+    for given in (), (stamps,):
+        with Bench(domain, 'paused:=true', *KEYED, *given) as bench:
+            crossed, before = [], time.time_ns()
+            bench.node._keyframe_out.publish = crossed.append
+            for _ in range(2):
+                bench.step(30)
+                origin = bench.frames[-30][0].stamp
+                if not given or begin is not None:
+                    assert origin == (begin if given else 0)
+                else:
+                    assert before <= origin <= time.time_ns()
+                played.append((
+                    [tag.stamp - origin for tag, _ in bench.frames[-30:]],
+                    [wind.tolist() for _, wind in bench.frames[-30:]],
+                    [(messages.to_stamp(key.stamp) - origin, key.frame_id) for key in crossed]))
+                del crossed[:]
+                bench.hear('reset', Empty())
+    assert played[2:] == played[:2]
+    assert len(played[0][2]) == 10
+
+
+def test_after_a_pause_stamps_are_the_wall_clocks_again(domain, monkeypatch):
+    """Single steps go on from frame to frame; what is keyed and the frames' count stand still."""
+    wall = [1_796_000_000 * 10**9]
+    monkeypatch.setattr(time, 'time_ns', lambda: wall[0])
+    with Bench(domain, 'stamp.clock:=wall', 'rate:=50.0', 'paused:=true', 'wait_for:=[]') as bench:
+        assert bench.step()[0].stamp == wall[0]
+        wall[0] += 5 * 10**9
+        assert bench.step()[0].stamp == wall[0] - 5 * 10**9 + 20_000_000
+        bench.put(paused=False)
+        bench.node._send_due(time.monotonic())
+        tag, _ = bench.frames[-1]
+        assert (tag.stamp, tag.index) == (wall[0], 2)
+        assert bench.node._now() == pytest.approx(0.04)
+
+
+def test_the_shot_ends_before_its_stamps_do(domain, capfd):
+    """A message holds no more than 2**31 seconds."""
+    with Bench(domain, 'stamp.start:=2e9', 'rate:=0.01', 'paused:=true', 'wait_for:=[]') as bench:
+        bench.node._pacer.index = 1_474_835
+        bench.step(3)
+        assert [tag.index for tag, _ in bench.frames] == [1_474_835, 1_474_836]
+        bench.node._on_timer()
+        assert bench.node.ended.result() == 0
+        assert 'the next stamp is beyond 2147483648 s' in capfd.readouterr().err
+
+
+@pytest.mark.parametrize('given, reason', [
+    (['stamp.clock:=wall', 'stamp.start:=5.0'], 'stamp.start 5 s is only for stamp.clock simu'),
+    (['stamp.clock:=gps'], "one of simulation, wall, not 'gps'"),
+    (['stamp.start:=-1.0'], 'from 0 to 2e+09')])
+def test_stamps_that_nobody_can_give_are_refused(domain, given, reason):
+    """With the rule."""
+    with pytest.raises(BadParameter) as refusal:
+        with Bench(domain, *given):
+            pass
+    rclpy.try_shutdown()
+    assert reason in str(refusal.value)
+
+
+def test_frames_of_real_time_are_not_sent_again_by_lockstep(domain):
+    """Their receivers were told that nobody is owed them: they would begin another round."""
+    with Bench(domain, 'resend_after:=0.05') as bench:
+        for _ in range(3):
+            bench.node._send_due(time.monotonic())
+        bench.put(pace='lockstep')
+        time.sleep(0.06)
+        bench.node._on_timer()
+        assert [tag.index for tag, _ in bench.frames] == sorted(
+            {tag.index for tag, _ in bench.frames})
+
+
 @pytest.mark.parametrize('node', [Wind, Player])
 @pytest.mark.parametrize('name', ['wind', 'physics', 'player'])
 def test_who_never_says_frame_done_is_refused_at_the_start(domain, node, name):

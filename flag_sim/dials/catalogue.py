@@ -51,6 +51,11 @@ WIND = (
     RESEND_AFTER,
     Dial('paused', False, 'no frames while true'),
     Dial('publish_clock', False, 'publish the simulation time on /clock', fixed=True),
+    Dial('stamp.clock', 'simulation',
+         'simulation: stamps count from stamp.start; wall: from the time of day, to match sensors',
+         choices=('simulation', 'wall'), fixed=True),
+    Dial('stamp.start', 0.0, 'simulation: stamp of the first frame of every take', 's', 0.0, 2e9,
+         fixed=True),
     Dial('speed', 6.0, 'wind speed', 'm/s', 0.0, 200.0),
     Dial('azimuth', 0.35, 'where the wind blows to, from +x towards +y', 'rad', -TURN, TURN),
     Dial('elevation', 0.0, 'where the wind blows to, above the ground', 'rad', -pi / 2, pi / 2),
@@ -167,7 +172,8 @@ RECORDER = (
 
 PLAYER = (
     Dial('path', '', 'the bag that is played', fixed=True),
-    Dial('topics', [], 'topics to play; none: parameters, or else vertices', item=str),
+    Dial('topics', [], 'topics to play; none: parameters, or else vertices', item=str,
+         fixed=True),
     replace(PACE, fixed=True),
     Dial('rate', 1.0, 'realtime: how much faster than it was', '', 0.01, 1000.0, fixed=True),
     replace(WAIT_FOR, fixed=True),

@@ -23,6 +23,7 @@ from flag_sim.nodes.config import config_path
 from flag_sim.nodes.domains import NoDomain
 from flag_sim.nodes.film import images_of, write_animation, write_contact_sheet
 from flag_sim.nodes.graph import Graph
+from flag_sim.study.arguments import given_path
 from tqdm import tqdm
 import yaml
 
@@ -134,7 +135,7 @@ def main(args=None):
     parser = argparse.ArgumentParser(prog='demo', description=__doc__)
     parser.add_argument('--shot', default='gust',
                         help='a params file in config/, without .yaml (gust)')
-    parser.add_argument('--out', type=Path, default=Path('out'),
+    parser.add_argument('--out', type=given_path, default=Path('out'),
                         help='folder of what is made (out)')
     options = parser.parse_args(args)
     try:

@@ -27,7 +27,6 @@ from flag_sim.nodes.notices import Teller
 from flag_sim.nodes.parameters import BadParameter
 from flag_sim.nodes.usage import asks_for_help, usage
 import rclpy
-from rclpy.clock import Clock, ClockType
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
@@ -110,6 +109,7 @@ def run(node_class, args=None):
             _refuse_others(arguments)
             node = node_class()
             tell_of_strangers(node, arguments)
+            node.tell_of_ignored()
             teller = Teller()
             node.ended.add_done_callback(lambda ended: _set_once(stop, ended.result()))
             try:
@@ -142,7 +142,7 @@ def _tell_figures(node, teller):
         if figures != told and teller.tell_news(STATUS=f'{figures["frames"]} frames',
                                                 **_as_variables(figures)):
             told.update(figures)
-    node.create_timer(TELL_EVERY, tell, clock=Clock(clock_type=ClockType.STEADY_TIME))
+    node.create_timer(TELL_EVERY, tell)
 
 
 def _refuse_others(arguments):

@@ -16,17 +16,19 @@
 import difflib
 
 from flag_sim.dials.catalogue import NODES, SCENE
+from flag_sim.nodes.overrides import ignored_overrides, PREFIX
 from flag_sim.nodes.stopwatch import Stopwatch
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
+from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.task import Future
 
 ARRAY_TYPES = {str: Parameter.Type.STRING_ARRAY, float: Parameter.Type.DOUBLE_ARRAY,
                bool: Parameter.Type.BOOL_ARRAY}
-# Names that rclpy itself declares and reads.
-ROS_NAMES = ('use_sim_time', 'start_type_description_service', 'qos_overrides.')
+# Names that rclpy itself declares and reads, beside QoS overrides.
+ROS_NAMES = ('use_sim_time', 'start_type_description_service')
 
 
 class BadParameter(ValueError):
@@ -56,6 +58,17 @@ class DialNode(Node):
         """Return how many frames were served, and where the time went: see Stopwatch."""
         return self._stopwatch.figures()
 
+    def create_timer(self, timer_period_sec, callback, callback_group=None, clock=None, **options):
+        """
+        Return a timer, of a steady clock unless another is given.
+
+        Frames alone follow the simulation's time. Who is waited for and what is told is about the
+        real world: with use_sim_time rclpy's own timers would stand still with the simulation.
+        """
+        return super().create_timer(
+            timer_period_sec, callback, callback_group,
+            clock or Clock(clock_type=ClockType.STEADY_TIME), **options)
+
     def _declare(self):
         # rclpy's private record of what was given at the start: its public way, to declare all
         # of it automatically, ends in a traceback for an empty list, whose type is not set.
@@ -71,7 +84,7 @@ class DialNode(Node):
         except ValueError as error:
             raise BadParameter(str(error)) from None
         for name in given:
-            if not name.startswith(ROS_NAMES):
+            if name not in ROS_NAMES and not name.startswith(PREFIX):
                 self._warn_of(name)
 
     def _declare_one(self, name, item, descriptor):
@@ -93,6 +106,11 @@ class DialNode(Node):
                                           f'/{self.get_name()}: it is ignored')
                 return
         self.get_logger().warning(f"parameter '{name}' is unknown and ignored{self._near(name)}")
+
+    def tell_of_ignored(self):
+        """Warn of QoS overrides that nothing takes; call it once the node has all its topics."""
+        for words in ignored_overrides(self):
+            self.get_logger().warning(words)
 
     def _near(self, name):
         near = difflib.get_close_matches(name, self._dials, n=1)
@@ -121,7 +139,7 @@ class DialNode(Node):
         """Set all of the parameters or, with the reason, none."""
         try:
             changes = {p.name: self.accept_change(p.name, p.value) for p in parameter_list
-                       if not p.name.startswith(ROS_NAMES)}
+                       if p.name not in ROS_NAMES}
             self.check({**self.values, **changes})
         except ValueError as error:
             return SetParametersResult(successful=False, reason=str(error))
@@ -134,10 +152,11 @@ class DialNode(Node):
 
     def accept_change(self, name, value):
         """Return `value` as accept does; raise ValueError also where only the start counts."""
-        dial = self._dials.get(name)
-        if dial is not None and dial.fixed:
+        is_override = name.startswith(PREFIX)
+        accepted = None if is_override else self.accept(name, value)
+        if is_override or (name in self._dials and self._dials[name].fixed):
             raise ValueError(f'{name} is fixed at the start of the node')
-        return self.accept(name, value)
+        return accepted
 
     def _typed(self, parameter, changes):
         if parameter.name not in changes:

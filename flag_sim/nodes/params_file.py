@@ -14,18 +14,19 @@
 
 """Parameters as a params file, written whole or not at all."""
 import os
-from pathlib import Path
 import tempfile
 
+from flag_sim import checks
 import yaml
 
 
 def check_path(path):
     """Raise ValueError if a file could not be written at `path`."""
-    folder = Path(path).expanduser().resolve().parent
+    path = checks.path('save_to', path)
+    folder = path.resolve().parent
     if not folder.is_dir():
         raise ValueError(f'save_to: there is no folder {folder}')
-    if Path(path).expanduser().is_dir():
+    if path.is_dir():
         raise ValueError(f'save_to: {path} is a folder')
     try:  # not by os.access: root may write to folders in which no file can be made
         with tempfile.TemporaryFile(dir=folder):
@@ -41,7 +42,7 @@ def save_parameters(path, node, values):
     The file is written beside and then put in place, so a reader never sees half of it. Raises
     OSError where that fails; what was there before is then still there.
     """
-    path = Path(path).expanduser()
+    path = checks.path('save_to', path)
     content = yaml.safe_dump({node: {'ros__parameters': values}}, sort_keys=True)
     beside = path.with_name(f'.{path.name}-{os.getpid()}')
     try:

@@ -49,7 +49,7 @@ class Renderer(FrameServer):
     def __init__(self):
         super().__init__('renderer', SCENE + RENDERER)
         self._values = self._look = None
-        self._clouds = {}  # (positions, normals) by stamp
+        self._clouds = {}  # (positions, normals) by stamp, in the order of arrival
         self._first = None  # stamp of the take's first frame [ns]
         self._warm_up()
         # Made after that, for the number of threads is chosen by how long its first frames take.
@@ -76,10 +76,15 @@ class Renderer(FrameServer):
         look_of(values)
 
     def restart(self, tag):
-        """Forget the clouds of the take before; without a wind there are no takes."""
+        """
+        Forget the clouds of the take before; those of the frames that wait came early.
+
+        Without a wind there are no takes, and none is forgotten.
+        """
         self._first = tag.stamp
         if tag.take is not None:
-            self._clouds.clear()
+            early = {waiting.stamp for waiting in self._order.waiting.values()}
+            self._clouds = {stamp: c for stamp, c in self._clouds.items() if stamp in early}
 
     def is_ready(self, tag):
         """Return whether the frame's vertices have come."""
@@ -96,9 +101,10 @@ class Renderer(FrameServer):
             return
         if stamp == self._first:
             self._clouds.clear()  # they came late, from the take before
+        self._clouds.pop(stamp, None)
         self._clouds[stamp] = cloud
-        while len(self._clouds) > DEPTH:
-            del self._clouds[min(self._clouds)]
+        while len(self._clouds) > DEPTH:  # by arrival: the first stamps of a round are its newest
+            del self._clouds[next(iter(self._clouds))]
         self.serve()
         if stamp in self._clouds:
             self._serve_alone(bytes(info['publisher_gid']['data']))

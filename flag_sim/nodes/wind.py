@@ -29,7 +29,6 @@ from flag_sim.nodes.readout import compute_time, OK, Readout, WARN
 from flag_sim.nodes.topics import publish, subscribe
 from flag_sim.nodes.weather import Weather
 from geometry_msgs.msg import Vector3, Vector3Stamped
-from rclpy.clock import Clock, ClockType
 from rosgraph_msgs.msg import Clock as ClockMessage
 
 LOOK_AGAIN = 0.2  # how often lockstep looks for overdue frames [s]
@@ -70,19 +69,23 @@ class Wind(AnimationNode):
     def _plan(self):
         frames, rate = self.values['frames'], self.values['rate']
         length = f'{frames} frames' if frames else 'frames without end'
-        return f'{length} at {rate:g} Hz, {len(self.timeline.tracks)} tracks'
+        stamps = ', stamps by the wall clock' * (self.values['stamp.clock'] == 'wall')
+        return f'{length} at {rate:g} Hz{stamps}, {len(self.timeline.tracks)} tracks'
 
     # Parameters.
 
     def check(self, values):
         """Refuse an animation that cannot be played, and frames that would never be done."""
         check_delivery(values)
+        if values['stamp.clock'] == 'wall' and values['stamp.start']:
+            raise ValueError(f'stamp.start {values["stamp.start"]:g} s is only for stamp.clock '
+                             'simulation, not for wall')
         super().check(values)
 
     def apply(self, changed):
         """Play on with the new values."""
         super().apply(changed)
-        now = self._pacer.stamp / 1e9
+        now = self._pacer.time / 1e9
         self._weather = self._weather.turned(self.values, self.timeline, now)
         if 'wait_for' in changed:
             self._flight.wait_for(self.values['wait_for'])
@@ -92,6 +95,8 @@ class Wind(AnimationNode):
         if changed & {'rate', 'pace', 'paused', 'frames'}:
             self._pacer.wait()
             self._set_timer()
+        if 'pace' in changed:
+            self._flight.clear()  # frames of real time are owed to nobody, as they have said
 
     def _now(self):
         """Return where in the animation the last frame was [s]."""
@@ -101,8 +106,10 @@ class Wind(AnimationNode):
 
     def _begin_take(self):
         self._take = next_take(self._take)
-        self._pacer = FrameClock(self.values['rate'])
-        # Stamp of the frame before [ns]; negative, so that a key at 0 is crossed by frame 0.
+        self._pacer = FrameClock(
+            self.values['rate'], round(self.values['stamp.start'] * 1e9),
+            time.time_ns if self.values['stamp.clock'] == 'wall' else None)
+        # Time of the frame before in the take [ns]; negative: a key at 0 is crossed by frame 0.
         self._previous = -10
         self._flight.clear()
         self._weather = Weather(self.values, self.timeline)
@@ -112,8 +119,7 @@ class Wind(AnimationNode):
             self.destroy_timer(self._timer)
         playing = self.values['pace'] == 'realtime' and not self.values['paused']
         self._timer = self.create_timer(
-            1.0 / self.values['rate'] if playing else LOOK_AGAIN, self._on_timer,
-            clock=Clock(clock_type=ClockType.STEADY_TIME))
+            1.0 / self.values['rate'] if playing else LOOK_AGAIN, self._on_timer)
 
     def _on_timer(self):
         now = time.monotonic()
@@ -127,7 +133,8 @@ class Wind(AnimationNode):
         self._end_if_done(now)
 
     def _is_last_sent(self):
-        return 0 < self.values['frames'] <= self._pacer.index
+        return (0 < self.values['frames'] <= self._pacer.index
+                or self._pacer.stamp > messages.LATEST)
 
     def _on_step(self, _):
         """Send one frame while paused."""
@@ -155,7 +162,9 @@ class Wind(AnimationNode):
             self._frames['undone'] += len(self._flight)
             self.get_logger().info(
                 f'the shot is over: {self._pacer.index} frames, {self._flight.resent} sent again, '
-                f'{missed(self._frames)} missed')
+                f'{missed(self._frames)} missed' + (
+                    f', and the next stamp is beyond {messages.LATEST / 1e9:.0f} s'
+                    if self._pacer.stamp > messages.LATEST else ''))
             self.ended.set_result(0)
 
     # Lockstep.
@@ -192,6 +201,8 @@ class Wind(AnimationNode):
             due = min(due, self.values['frames'] - 1)
         self._frames['skipped'] += due - self._pacer.index
         self._pacer.index = due
+        if self._pacer.stamp > messages.LATEST:
+            return
         while len(self._flight) >= self.values['window']:
             self._frames['undone'] += self._flight.answered
             self._flight.give_up()
@@ -200,17 +211,20 @@ class Wind(AnimationNode):
     # Frames.
 
     def _send(self, now):
-        stamp, index = self._pacer.stamp, self._pacer.index
+        if self._previous < 0:
+            self._pacer.meet_wall()
+        stamp, at, index = self._pacer.stamp, self._pacer.time, self._pacer.index
         in_turn = self.values['pace'] == 'lockstep'
         tag = Tag(stamp, self._take, index, self._oldest_index() if in_turn else index)
         with self._stopwatch.share('work'):
-            keyed = keys.values_at(self.timeline, stamp / 1e9)
-            wind = self._weather.at(stamp / 1e9)
+            # Keys and gusts are at times of the take, whatever its stamps are.
+            keyed = keys.values_at(self.timeline, at / 1e9)
+            wind = self._weather.at(at / 1e9)
             message = self._message.fill(tag, wind, keyed)
         with self._stopwatch.share('publish'):
             self._flight.send(tag, (wind, keyed), self.values['wait_for'], now)
             self._parameters_out.publish(message)
-            self._publish_crossed(stamp)
+            self._publish_crossed(at)
             if self._clock_out is not None:
                 self._clock_out.publish(ClockMessage(clock=messages.to_time(stamp)))
             if self._wind_out.get_subscription_count():
@@ -221,11 +235,12 @@ class Wind(AnimationNode):
         self._frames['sent'] += 1
         self._pacer.index += 1
 
-    def _publish_crossed(self, stamp):
-        """Publish the keys and events between the frame before and this one."""
-        for key, name in self.timeline.crossed(self._previous / 1e9, stamp / 1e9):
-            self._keyframe_out.publish(messages.header(round(key * 1e9), name))
-        self._previous = stamp
+    def _publish_crossed(self, at):
+        """Publish the keys and events between the frame before and this one, `at` in the take."""
+        for key, name in self.timeline.crossed(self._previous / 1e9, at / 1e9):
+            self._keyframe_out.publish(
+                messages.header(self._pacer.offset + round(key * 1e9), name))
+        self._previous = at
 
     # What people are told.
 

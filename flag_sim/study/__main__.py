@@ -18,7 +18,7 @@ from pathlib import Path
 import sys
 
 from flag_sim.study import budget, machine, report
-from flag_sim.study.arguments import positive
+from flag_sim.study.arguments import given_path, positive
 from flag_sim.study.parts import PARTS
 from flag_sim.study.sessions import session, taken_by_others
 from flag_sim.study.store import Store
@@ -31,7 +31,7 @@ def main(args=None):
     """Run the study; return the exit status."""
     parser = argparse.ArgumentParser(prog='study', description=__doc__)
     parser.add_argument('--minutes', type=positive, default=5.0, help='time to measure [min] (5)')
-    parser.add_argument('--output', type=Path, default=Path('out/study'),
+    parser.add_argument('--output', type=given_path, default=Path('out/study'),
                         help='folder of what is made (out/study); one that was interrupted is '
                         'gone on with')
     options = parser.parse_args(args)

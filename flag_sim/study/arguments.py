@@ -12,9 +12,11 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What the study's commands take."""
+"""What commands take."""
 import argparse
 import math
+
+from flag_sim import checks
 
 
 def positive(text):
@@ -26,3 +28,11 @@ def positive(text):
     if not 0.0 < number < math.inf:
         raise argparse.ArgumentTypeError(f'must be a number above 0, not {text}')
     return number
+
+
+def given_path(text):
+    """Return an argument as a Path, `~` read as a shell does; raises ArgumentTypeError."""
+    try:
+        return checks.path('path', text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(error) from None

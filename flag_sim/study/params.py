@@ -14,9 +14,9 @@
 
 """Params files of the nodes: read for what a study depends on, and written."""
 import os
-from pathlib import Path
 import tempfile
 
+from flag_sim import checks
 from flag_sim.study.settings import changed, DEFAULTS, defaults
 
 OWN = {('renderer', 'threads'): 'drawing.threads'}
@@ -31,7 +31,7 @@ def read(path):
     """
     import yaml
     try:
-        content = yaml.safe_load(Path(path).expanduser().read_text())
+        content = yaml.safe_load(checks.path('params file', path).read_text())
     except OSError as error:
         raise ValueError(f'{path} cannot be read: {error.strerror}') from None
     except (yaml.YAMLError, UnicodeDecodeError):
@@ -80,7 +80,7 @@ def _flat(block, prefix=''):
 
 def check_new(path):
     """Return `path`; raise ValueError unless a new file can be written there."""
-    path = Path(path).expanduser()
+    path = checks.path('output', path)
     folder = path.resolve().parent
     if path.exists():
         raise ValueError(f'output {path} exists; it is not overwritten')

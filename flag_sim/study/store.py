@@ -17,7 +17,8 @@ import csv
 import io
 import json
 import os
-from pathlib import Path
+
+from flag_sim import checks
 
 MARK = 'study.json'
 """The file that makes a folder the folder of a study, and says of which."""
@@ -34,7 +35,7 @@ class Store:
     """
 
     def __init__(self, folder, identity):
-        self.folder = Path(folder).expanduser()
+        self.folder = checks.path('folder', folder)
         self._rows = {}
         mark = self.folder / MARK
         try:

@@ -16,12 +16,11 @@
 import argparse
 import datetime
 import hashlib
-from pathlib import Path
 import shutil
 import sys
 
 from flag_sim.study import error, machine, params
-from flag_sim.study.arguments import positive
+from flag_sim.study.arguments import given_path, positive
 from flag_sim.study.reference import WINDOW
 from flag_sim.study.search import FILL, require, Search
 from flag_sim.study.sessions import session, taken_by_others
@@ -36,8 +35,8 @@ def main(args=None):
     parser.add_argument('--error-px', type=positive, required=True,
                         help=f'RMS error after {1e3 * WINDOW:.0f} ms that is allowed [pixel]')
     parser.add_argument('--rate', type=positive, default=30.0, help='frames a second [Hz] (30)')
-    parser.add_argument('--output', type=Path, required=True, help='the new params file')
-    parser.add_argument('--params-file', type=Path,
+    parser.add_argument('--output', type=given_path, required=True, help='the new params file')
+    parser.add_argument('--params-file', type=given_path,
                         help='params file with your camera, image size, flag and wind')
     options = parser.parse_args(args)
     try:

@@ -33,6 +33,7 @@ from flag_sim.drawing.assembly import Assembly  # noqa: E402
 from flag_sim.drawing.bands import BAND, Buffers, clear  # noqa: E402
 from flag_sim.drawing.canvas import Canvas, write_rgb  # noqa: E402
 from flag_sim.drawing.spans import span_linear  # noqa: E402
+from flag_sim.study.arguments import given_path  # noqa: E402
 
 import numpy as np  # noqa: E402
 
@@ -179,7 +180,7 @@ def main():
     """Measure, print and write."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--rounds', type=int, default=60)
-    parser.add_argument('--out', type=Path, default=Path('out/bench-drawing.json'))
+    parser.add_argument('--out', type=given_path, default=Path('out/bench-drawing.json'))
     options = parser.parse_args()
     rows, missing, own = against_peers(options.rounds)
     machine = f'{platform.machine()}, {len(os.sched_getaffinity(0))} processors'

@@ -31,6 +31,7 @@ import time
 from typing import NamedTuple
 
 from flag_sim.nodes.graph import Graph
+from flag_sim.study.arguments import given_path
 
 from probe import answer_wind, feed, Probe, recorded_frames, sending_jitter
 
@@ -161,7 +162,7 @@ def main():
     """Measure, print and write."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--quick', action='store_true', help='little of everything')
-    parser.add_argument('--out', type=Path, default=Path('out/bench.json'))
+    parser.add_argument('--out', type=given_path, default=Path('out/bench.json'))
     options = parser.parse_args()
     amount = QUICK if options.quick else Amount()
     with tempfile.TemporaryDirectory(prefix='flag_sim-bench-') as folder:

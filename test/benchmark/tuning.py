@@ -24,6 +24,7 @@ from pathlib import Path
 import tempfile
 
 from flag_sim.study import error, machine
+from flag_sim.study.arguments import given_path
 from flag_sim.study.reference import FINEST, Reference
 from flag_sim.study.search import Search
 from flag_sim.study.settings import changed, defaults
@@ -52,7 +53,7 @@ def main():
     """Tune for every camera and budget, and try what comes of it."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--error-px', type=float, nargs='+', default=[4.0, 8.0])
-    parser.add_argument('--folder', type=Path, default=None, help='keeps the references')
+    parser.add_argument('--folder', type=given_path, default=None, help='keeps the references')
     options = parser.parse_args()
     folder = options.folder or Path(tempfile.mkdtemp(prefix='flag_sim-tuning-'))
     folder.mkdir(exist_ok=True)
