@@ -34,15 +34,21 @@ def check_path(path):
         raise ValueError(f'save_to: {path} cannot be written: {error.strerror}') from None
 
 
-def save_parameters(path, node, values):
+def save_parameters(path, node, values, others=None, lacking=()):
     """
     Write {name: value} as the params file of `node`, as `ros2 param dump` would.
 
+    others: {node: {name: value}} that are written with it. lacking: what the file does not hold,
+    in words; it says so at its top.
     The file is written beside and then put in place, so a reader never sees half of it. Raises
     OSError where that fails; what was there before is then still there.
     """
     path = Path(path).expanduser()
-    content = yaml.safe_dump({node: {'ros__parameters': values}}, sort_keys=True)
+    sections = {node: values, **{name: own for name, own in (others or {}).items() if own}}
+    content = ''.join(f'# {line}, so what was set on it is not in this file.\n'
+                      for line in lacking)
+    content += yaml.safe_dump(
+        {name: {'ros__parameters': own} for name, own in sections.items()}, sort_keys=True)
     beside = path.with_name(f'.{path.name}-{os.getpid()}')
     try:
         beside.write_text(content)

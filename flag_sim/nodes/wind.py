@@ -17,6 +17,7 @@ from collections import Counter
 import sys
 import time
 
+from flag_sim.animation.tracks import SAME
 from flag_sim.dials.catalogue import WIND
 from flag_sim.nodes import keys, messages
 from flag_sim.nodes.animation import AnimationNode
@@ -224,9 +225,15 @@ class Wind(AnimationNode):
         self._pacer.index += 1
 
     def _publish_crossed(self, stamp):
-        """Publish the keys and events between the frame before and this one."""
+        """
+        Publish the keys and events that take effect in the frame of stamp [ns].
+
+        A key at the time of the frame has exactly its stamp, whichever way that was rounded.
+        """
         for key, name in self.timeline.crossed(self._previous / 1e9, stamp / 1e9):
-            self._keyframe_out.publish(messages.header(round(key * 1e9), name))
+            is_now = abs(key - stamp / 1e9) <= SAME
+            self._keyframe_out.publish(
+                messages.header(stamp if is_now else round(key * 1e9), name))
         self._previous = stamp
 
     # What people are told.
