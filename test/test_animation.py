@@ -16,8 +16,8 @@
 import itertools
 
 from flag_sim.animation.laws import LAWS
-from flag_sim.animation.timeline import Timeline
-from flag_sim.animation.tracks import Track
+from flag_sim.animation.timeline import nearest_frame, Timeline
+from flag_sim.animation.tracks import short_way, Track
 from flag_sim.animation.wind import wind_vector
 from flag_sim.nodes.clock import FrameClock
 from hypothesis import given, strategies as st
@@ -100,6 +100,47 @@ def test_angles_take_the_short_way(law):
     assert track.at(1.0) == -3.0
 
 
+@given(st.lists(st.floats(-50.0, 50.0), min_size=2, max_size=8))
+def test_the_short_way_is_half_a_turn_at_most(angles):
+    """The same directions, each as near to the one before as three decimals tell."""
+    path = short_way(np.array(angles))
+    assert np.abs(np.diff(path)).max() <= np.pi + 1.001e-3
+    assert np.allclose(np.exp(1j * path), np.exp(1j * np.array(angles)))
+
+
+@pytest.mark.parametrize('half', [np.pi, 3.142, 3.1416, 3.14159, -np.pi, -3.142])
+def test_half_a_turn_goes_the_way_that_it_is_typed(half):
+    """However it is rounded: 0, 3.142, 6.283 does not swing to and fro."""
+    track = Track([0.0, 1.0, 2.0], [0.0, half, round(2.0 * half, 3)], is_angle=True)
+    steps = np.diff([track.at(0.5), track.at(0.999), track.at(1.5)])
+    assert np.all(np.sign(steps) == np.sign(half))
+
+
+@pytest.mark.parametrize('law', ['linear', 'ease', 'cubic'])
+@pytest.mark.parametrize('values', [[0.0, 6.283], [0.0, 3.142, 6.283], [0.0, 5.0, 18.85],
+                                    [1.0, -30.0, -31.0]])
+def test_a_track_that_turns_takes_its_values_as_they_are(law, values):
+    """As many turns as they say, the way that they say."""
+    times = np.arange(len(values), dtype=float)
+    track = Track(times, values, [law] * len(values), is_angle=True, turns=True)
+    found = [track.at(time) for time in np.linspace(0.0, times[-1], 200)]
+    assert found[0] == values[0] and found[-1] == values[-1]
+    assert np.all(np.sign(np.diff(found)) == np.sign(values[-1] - values[0]))
+    assert track.long_ways() == []
+
+
+@pytest.mark.parametrize('values, law, far', [
+    ([0.0, 6.283], 'linear', [0]), ([0.0, 3.142, 6.283], 'cubic', [0, 1]),
+    ([0.0, np.pi], 'ease', [0]), ([0.0, -np.pi], 'linear', [0]),
+    ([0.3, 0.3 + np.pi, 3.0], 'linear', [0]),
+    ([3.0, -3.0, -2.9], 'linear', [0]), ([0.0, 3.0, 6.0], 'linear', []),
+    ([0.0, 6.0], 'step', [])])
+def test_angles_half_a_turn_apart_are_found(values, law, far):
+    """There the short way is not the one that is typed, or is no shorter."""
+    track = Track(np.arange(len(values)), values, [law] * len(values), is_angle=True)
+    assert track.long_ways() == far
+
+
 def test_a_loop_repeats_while_time_goes_on():
     """Values come again every round, and each key is crossed once a round."""
     tracks = {'a': Track([0.0, 1.0, 2.0], [0.0, 4.0, 0.0])}
@@ -109,6 +150,96 @@ def test_a_loop_repeats_while_time_goes_on():
     found = [event for a, b in zip(edges, edges[1:]) for event in timeline.crossed(a, b)]
     assert found == [(0.0, 'a'), (0.5, 'here'), (1.0, 'a'), (2.0, 'a'), (2.5, 'here'), (3.0, 'a'),
                      (4.0, 'a'), (4.5, 'here'), (5.0, 'a'), (6.0, 'a')]
+
+
+def test_the_last_key_of_a_loop_is_seen_where_the_round_ends():
+    """As the first one is at the begin of the shot; an event later gives it time."""
+    track = Track([0.0, 1.0, 2.0], ['a', 'b', 'c'])
+    timeline = Timeline({'a': track}, loop=True)
+    asked = [0.0, 1.0, 1.999, 2.0, 2.001, 3.0, 4.0, 4.001]
+    assert [timeline.value('a', time) for time in asked] == list('abbcabca')
+    longer = Timeline({'a': track}, [(3.0, 'end')], loop=True)
+    assert [longer.value('a', time) for time in (2.0, 2.999, 3.0, 3.001, 5.5)] == list('cccac')
+
+
+def test_a_loop_plays_keys_before_0():
+    """A round begins with the first key; the shot begins within it, at 0."""
+    timeline = Timeline({'a': Track([-1.0, 1.0, 3.0], [10.0, 0.0, 20.0])}, loop=True)
+    asked = [0.0, 1.0, 3.0, 3.001, 3.5, 4.0, 5.0, 7.0, 8.0]
+    assert np.allclose([timeline.value('a', time) for time in asked],
+                       [5.0, 0.0, 20.0, 9.995, 7.5, 5.0, 0.0, 20.0, 5.0])
+    edges = [-1e-8, *np.arange(0.0, 12.0, 0.25)]
+    found = [mark for a, b in zip(edges, edges[1:]) for mark in timeline.crossed(a, b)]
+    assert found == [(1.0, 'a'), (3.0, 'a'), (5.0, 'a'), (7.0, 'a'), (9.0, 'a'), (11.0, 'a')]
+
+
+ROUNDS = {
+    'waves': ([0.0, 1.0, 1.5, 4.0], [0.0, 1.0, 3.0, 0.0], {}),
+    'flat': ([0.0, 1.0, 2.0], [1.0, 1.0, 1.0], {}),
+    'rises over the seam': ([0.0, 0.5, 2.0, 3.0], [5.0, 7.0, 1.0, 5.0], {}),
+    'vectors': ([0.0, 0.5, 2.0, 3.0], [[5.0, 1.0], [7.0, 0.0], [1.0, 3.0], [5.0, 1.0]], {}),
+    'turntable': ([0.0, 1.0, 4.0], [0.0, 3.0, 6.28319], {'is_angle': True, 'turns': True}),
+    'one turn back': ([0.0, 3.0], [1.0, 1.0 - 2.0 * np.pi], {'is_angle': True, 'turns': True}),
+    'north': ([0.0, 1.0, 2.0, 3.0], [0.0, 2.0, 4.0, 6.2832], {'is_angle': True}),
+    'before 0': ([-2.0, 1.0, 3.0], [1.0, 2.0, 1.0], {}),
+}
+
+
+def seam_speeds(timeline):
+    """Return the changes per second before and after the first end of a round."""
+    step = 1e-6
+    before, after = (np.subtract(timeline.value('a', edge + step), timeline.value('a', edge))
+                     for edge in (timeline.end - step - 1e-7, timeline.end + 1e-7))
+    return before / step, after / step
+
+
+@pytest.mark.parametrize('name', ROUNDS)
+def test_a_cubic_is_smooth_over_the_seam_of_a_loop(name):
+    """It is the middle one of three rounds of keys, as another program goes through them."""
+    times, values, how = ROUNDS[name]
+    track = Track(times, values, ['cubic'] * len(times), **how)
+    timeline = Timeline({'a': track}, loop=True)
+    before, after = seam_speeds(timeline)
+    assert np.allclose(before, after, rtol=0.0, atol=1e-4)
+    length = times[-1] - times[0]
+    rise = np.subtract(values[-1], values[0]) * ('is_angle' in how)
+    many = [(time + lap * length, np.add(value, lap * rise)) for lap in (-1, 0, 1)
+            for time, value in list(zip(times, values))[:-1]]
+    theirs = PchipInterpolator(*zip(*many))
+    asked = np.linspace(max(times[0], 0.0), times[-1], 300)
+    assert np.allclose([timeline.value('a', time) for time in asked], theirs(asked),
+                       rtol=0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize('times', [[0.0, 1.0, 3.0], [1.0, 2.0, 5.0]])
+def test_a_cubic_that_holds_on_one_side_of_the_seam_rests_there(times):
+    """Nothing moves in the hold, so nothing may move where it begins or ends at the seam."""
+    track = Track(times, [1.0, 4.0, 1.0], ['cubic'] * 3)
+    timeline = Timeline({'a': track}, [(5.0, 'end')], loop=True)
+    assert np.allclose(seam_speeds(timeline), 0.0, rtol=0.0, atol=1e-4)
+
+
+@pytest.mark.parametrize('laws', [['cubic', 'linear', 'step'], ['linear', 'cubic', 'step']])
+def test_only_neighbouring_cubics_are_smooth_over_the_seam(laws):
+    """As everywhere: beside another law a cubic is as if it were alone."""
+    track = Track([0.0, 1.0, 3.0], [1.0, 4.0, 1.0], laws)
+    timeline = Timeline({'a': track}, loop=True)
+    for time in np.linspace(0.01, 2.99, 50):
+        assert timeline.value('a', time) == track.at(time)
+
+
+def test_ends_that_do_not_meet_jump():
+    """There is nothing to make smooth: each end is as in a shot that plays once."""
+    track = Track([0.0, 1.0, 3.0], [1.0, 4.0, 2.0], ['cubic'] * 3)
+    timeline = Timeline({'a': track}, loop=True)
+    assert [timeline.value('a', time) for time in (0.3, 2.9)] == [track.at(0.3), track.at(2.9)]
+
+
+@pytest.mark.parametrize('rate', [24.0, 25.0, 29.97, 30.0, 60.0])
+def test_the_nearest_frame_is_the_one_whose_time_was_typed(rate):
+    """With three decimals, for a thousand frames."""
+    for frame in range(1000):
+        assert nearest_frame(round(frame / rate, 3), rate) == frame / rate
 
 
 def test_several_keys_in_one_frame_are_all_crossed_in_order():
@@ -217,6 +348,15 @@ def test_a_loop_without_length_is_refused():
     ([0.0], [1.0], ['bezier'], "'bezier' is not one of"),
     ([0.0, 1.0], ['a', 'b'], ['linear', 'step'], 'use step'),
     ([0.0, 1.0], [True, 1.0], ['step', 'step'], 'of one type'),
+    ([0.0, 1e308], [1.0, 2.0], None, 'from -1e[+]09 to 1e[+]09 s, not 1e[+]308'),
+    ([0.0, 10 ** 400], [1.0, 2.0], None, 'times must be numbers, not 1000'),
+    ([0.0, 'late'], [1.0, 2.0], None, "times must be numbers, not 'late'"),
+    ([-0.0, 0.0], [1.0, 2.0], None, '0.0 follows 0.0'),
+    ([0.0, 5e-324], [1.0, 2.0], None, 'at least 1e-09 s apart; 5e-324 follows 0.0'),
+    ([0.0, 1.0], [-1e308, 1e308], None, 'at most 1e[+]12 in size, not -1e[+]308'),
+    ([0.0, 1.0], [1.0, 10 ** 400], None, 'values must be numbers'),
+    ([0.0, 1.0], [1.0, [1.0, 2.0]], None, 'values must be numbers, or vectors of one length'),
+    ([0.0, 1.0], [1.0, None], None, 'finite, not nan'),
 ])
 def test_bad_keys_are_refused(times, values, laws, rule):
     """The message names the rule and the value."""

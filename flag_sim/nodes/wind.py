@@ -231,7 +231,7 @@ class Wind(AnimationNode):
         A key at the time of the frame has exactly its stamp, whichever way that was rounded.
         """
         for key, name in self.timeline.crossed(self._previous / 1e9, stamp / 1e9):
-            is_now = abs(key - stamp / 1e9) <= SAME
+            is_now = key >= stamp / 1e9 - SAME
             self._keyframe_out.publish(
                 messages.header(stamp if is_now else round(key * 1e9), name))
         self._previous = stamp
