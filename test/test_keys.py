@@ -76,7 +76,7 @@ def test_angles_take_the_short_way_and_stay_in_range():
     ('renderer__shading', ([0.0, 1.0], ['flat', 'gouraud'], ['linear', 'step']), 'use step'),
     ('renderer__flag__color', ([0.0], [1.0, 2.0], None), '3 numbers a key, not 2'),
     ('wind__speed', ([0.0], None, None), 'needs keys.wind.speed.times'),
-    ('wind__speed', ([0.0], [1.0], None, True), 'speed.turns must be false, not true: speed is no'),
+    ('wind__speed', ([0.0], [1.0], None, True), 'speed.turns must be false, not true: speed is'),
     ('renderer__camera__elevation', ([0.0], [0.1], None, True), 'elevation is no direction'),
     ('wind__azimuth', ([0.0, 1.0], [0.0, 7.0], None), 'from -6.28319 to 6.28319 .rad., not 7.0'),
     ('wind__azimuth', ([0.0, 1.0], [0.0, 2e6], None, True), 'from -1e[+]06 to 1e[+]06 .rad., not'),

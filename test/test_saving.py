@@ -44,7 +44,7 @@ def test_a_shot_is_saved_whole_in_any_namespace(tmp_path, domain):
         eventually(lambda: content_of(saved, '/lab/physics') == {'grid.rows': 5}, watcher)
         before = {'damping': 0.2, 'stiffness': 60.0, 'air.law': 'linear'}
         eventually(lambda: content_of(saved, '/room/physics') == before, watcher)
-        assert saved.read_text().startswith('# no renderer was found, so what was set on it is not')
+        assert saved.read_text().startswith('# no renderer was found, so what was set on it')
         assert watcher.put(physics, 'air.density', 1.0).successful  # becomes a key at 0
         eventually(lambda: content_of(saved, '/room/wind').get(
             'keys.physics.air.density.values') == [1.0], watcher)

@@ -19,8 +19,6 @@ from flag_sim.nodes.parameter_groups import GroupParameterService
 from flag_sim.nodes.parameters import DialNode, to_parameter
 from flag_sim.nodes.params_file import check_path, save_parameters
 
-READ = ('loop', 'snap_keys', 'rate')  # what else the timeline is made of
-
 
 def is_part(name):
     """Return whether a parameter is part of the animation, in which one part needs the others."""
@@ -48,7 +46,9 @@ class AnimationNode(DialNode):
 
     def _timeline_of(self, values):
         """Return the Timeline of values {name: value}; raise ValueError if it cannot be played."""
-        parts = {name: value for name, value in values.items() if is_part(name) or name in READ}
+        # Not of the rate where it changes nothing: a new timeline is another wind.
+        more = ['loop', 'snap_keys', *['rate'] * values['snap_keys']]
+        parts = {name: value for name, value in values.items() if is_part(name) or name in more}
         if parts != self._read[0]:  # ten thousand keys take a while
             self._read = parts, keys.read_timeline(values)
         return self._read[1]
