@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """Refusal of bad values, with a message that names the rule and the value."""
+from decimal import Context, ROUND_DOWN
 import functools
 import math
 
@@ -30,6 +31,11 @@ def text(number):
     """Return a number as short as `:g` where that is exact, and else with all its digits."""
     short = f'{number:g}'
     return short if float(short) == number else repr(float(number))
+
+
+def rounded_down(limit, digits=3):
+    """Return a positive limit with few digits, none of them above it, as a text."""
+    return f'{float(Context(digits, ROUND_DOWN).create_decimal(limit)):g}'
 
 
 @functools.lru_cache(maxsize=256)

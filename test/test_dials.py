@@ -119,6 +119,13 @@ def test_the_library_accepts_the_limits_that_it_prints():
         checks.finite('share', -1e-9, 0.0)
 
 
+@pytest.mark.parametrize('limit, said', [(0.0123456, '0.0123'), (1.0 / 1500.0, '0.000666'),
+                                         (0.25, '0.25'), (math.inf, 'inf')])
+def test_a_limit_that_is_rounded_is_rounded_to_its_safe_side(limit, said):
+    """What is told to be stable is."""
+    assert checks.rounded_down(limit) == said and float(said) <= limit
+
+
 def test_there_is_no_minus_zero_and_no_number_is_too_large_to_be_refused():
     """What has a sign must have a size."""
     assert math.copysign(1.0, NUMBER.accept(-0.0)) == 1.0
