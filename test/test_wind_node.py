@@ -130,6 +130,17 @@ def test_an_event_of_no_known_type_is_left_out(domain, autokey):
         assert bench.node.values['tracks'] == (['physics.gravity'] if autokey == 'true' else [])
 
 
+def test_a_limit_that_is_printed_can_be_set_and_is_the_limit(domain):
+    """At the start and later; what is beyond it is refused with it."""
+    with Bench(domain, 'paused:=true', 'azimuth:=6.28319', 'elevation:=-1.5708') as bench:
+        assert bench.node.get_parameter('azimuth').value == 2.0 * np.pi
+        assert bench.node.values['elevation'] == -np.pi / 2.0
+        bench.put(azimuth=-6.28319, elevation=1.571)
+        assert bench.node.get_parameter('elevation').value == np.pi / 2.0
+        result = bench.node.set_parameters([Parameter('azimuth', value=6.3)])[0]
+        assert 'from -6.28319 to 6.28319 [rad], not 6.3' in result.reason
+
+
 SPIN = ('tracks:=[wind.azimuth]', 'keys.wind.azimuth.times:=[0.0, 4.0]',
         'keys.wind.azimuth.values:=[0.0, 6.28319]')
 

@@ -52,8 +52,8 @@ def advice(name, step, safety, omega, gamma, air):
                 f'{checks.rounded_down(stable("symplectic"))} s')
     if step > own * (1.0 + 1e-9):
         return f'{name} is stable in steps of {checks.rounded_down(own)} s'
-    return (f'steps up to {checks.rounded_down(own)} s are stable: it is the state or a force that '
-            'is too large')
+    return (f'steps up to {checks.rounded_down(own)} s are stable: it is the state or a force '
+            'that is too large')
 
 
 @kernel

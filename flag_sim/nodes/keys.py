@@ -24,7 +24,7 @@ from flag_sim.animation.tracks import Track
 from flag_sim.dials.catalogue import NODES, TURN
 
 PARTS = ('times', 'values', 'laws', 'turns')
-LARGEST_ANGLE = 1e6  # of a direction that turns [rad]: more turns than a shot has frames
+LARGEST_ANGLE = 1e6  # of a direction that turns [rad]: there float64 still tells 1e-10 apart
 ROUNDING = 1e-9  # of a direction by turns that are taken off and put on again [rad]
 WORDS = {float: 'numbers', str: 'texts', bool: 'booleans'}
 # What of the wind node itself can be keyed: the wind, not the clock that plays it.
