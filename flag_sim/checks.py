@@ -13,6 +13,8 @@
 # limitations under the License.
 
 """Refusal of bad values, with a message that names the rule and the value."""
+from decimal import Context, ROUND_DOWN
+import functools
 import math
 from pathlib import Path
 
@@ -20,6 +22,40 @@ import numpy as np
 
 LARGEST = 1e12
 """Beyond any physical value; keeps products and roots of the dials far from overflow."""
+
+
+DIGITS = range(4, 17)
+"""How many digits of a limit somebody may print, and somebody else type again."""
+
+
+def text(number):
+    """Return a number as short as `:g` where that is exact, and else with all its digits."""
+    short = f'{number:g}'
+    return short if float(short) == number else repr(float(number))
+
+
+def rounded_down(limit, digits=3):
+    """Return a positive limit with few digits, none of them above it, as a text."""
+    return f'{float(Context(digits, ROUND_DOWN).create_decimal(limit)):g}'
+
+
+@functools.lru_cache(maxsize=256)
+def _roundings(limit):
+    """Return the least and the greatest number that a limit, rounded, may be printed as."""
+    printed = [float(f'{limit:.{digits}g}') for digits in DIGITS]
+    return min(limit, *printed), max(limit, *printed)
+
+
+def within(number, low, high):
+    """
+    Return a number if it is from low to high, else None.
+
+    What is beyond a limit only because the limit is printed with fewer digits than it has, as
+    1.571 for half of pi, is the limit itself.
+    """
+    if _roundings(low)[0] <= number <= _roundings(high)[1]:
+        return min(max(number, low), high)
+    return None
 
 
 def require(holds, name, rule, value):
@@ -55,18 +91,19 @@ def finite(name, value, low=-math.inf, high=math.inf, above=-math.inf):
     if not is_finite:
         raise ValueError(f'{name} must be finite, not {number}')
     if not number > above:
-        raise ValueError(f'{name} must be greater than {above:g}, not {number:g}')
-    if not low <= number <= high:
+        raise ValueError(f'{name} must be greater than {text(above)}, not {text(number)}')
+    kept = within(number, low, high)
+    if kept is None:
         rule = f'between {low:g} and {high:g}' if high < math.inf else f'at least {low:g}'
-        raise ValueError(f'{name} must be {rule}, not {number:g}')
-    return number
+        raise ValueError(f'{name} must be {rule}, not {text(number)}')
+    return kept
 
 
 def whole(name, value, low, high):
     """Return value as an int; raises ValueError unless it is whole and low <= value <= high."""
     number = finite(name, value)
     if number != int(number):
-        raise ValueError(f'{name} must be a whole number, not {number:g}')
+        raise ValueError(f'{name} must be a whole number, not {text(number)}')
     if not low <= number <= high:
         raise ValueError(f'{name} must be between {low} and {high}, not {int(number)}')
     return int(number)
@@ -124,5 +161,5 @@ def array(name, value, shape, largest=math.inf):
     bad = numbers[~(np.isfinite(numbers) & (np.abs(numbers) <= largest))]
     if bad.size:
         rule = f'finite and at most {largest:g} in size' if largest < math.inf else 'finite'
-        raise ValueError(f'{name} must be {rule}, not {bad[0]:g}')
+        raise ValueError(f'{name} must be {rule}, not {text(bad[0])}')
     return numbers

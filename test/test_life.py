@@ -256,7 +256,7 @@ def test_autokey_makes_keys_that_play_again(tmp_path, domain):
         after = to_stamp(done[-1].stamp) / 1e9
         for _ in range(20):
             watcher.spin()
-        content = yaml.safe_load(saved.read_text())['/wind']['ros__parameters']
+        content = yaml.safe_load(saved.read_text())['/**/wind']['ros__parameters']
         assert content['tracks'] == ['physics.gravity']
         assert content['keys.physics.gravity.values'] == [9.81, 1.5]
         # Until the key it is as it was seen: it does not glide there from the beginning.

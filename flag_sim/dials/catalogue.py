@@ -64,12 +64,14 @@ WIND = (
     Dial('gust.length', 5.0, 'size of the eddies', 'm', 0.01, 10000.0),
     Dial('gust.seed', 0, 'another seed, another series', '', 0, 2**31 - 1),
     Dial('autokey', False, 'what is set on any node becomes a key at the current time'),
-    Dial('save_to', '', 'params file that holds the animation after every change of it'),
+    Dial('save_to', '',
+         'params file that holds the shot, keys and all nodes, after every change of it'),
     Dial('loop', False, 'after the last key or event, begin with the first again'),
+    Dial('snap_keys', False, 'keys and events count at the frame nearest to their time'),
     Dial('events.names', [], 'events to announce on keyframe', item=str),
     Dial('events.times', [], 'their times', 's', 0.0, 1e9),
     Dial('tracks', [], 'keyed parameters, as node.parameter; each has keys.<track>.times, '
-         '.values and .laws', item=str),
+         '.values, .laws and .turns', item=str),
 )
 
 PHYSICS = (

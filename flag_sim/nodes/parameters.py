@@ -92,7 +92,7 @@ class DialNode(Node):
         if value == []:  # of which rclpy cannot tell the type
             parameter = to_parameter(name, value, item)
             self.declare_parameter(name, parameter.type_, descriptor, ignore_override=True)
-            super().set_parameters_atomically([parameter])
+            self.store([parameter])
         else:
             self.declare_parameter(name, value, descriptor, ignore_override=True)
 
@@ -125,6 +125,16 @@ class DialNode(Node):
             raise ValueError(f"no parameter '{name}'{self._near(name)}")
         return self._dials[name].accept(value)
 
+    def item_of(self, name):
+        """Return the type of what the list of parameter `name` holds, which an empty one hides."""
+        return self._dials[name].item if name in self._dials else str
+
+    def check_deletion(self, name):
+        """Raise ValueError unless parameter `name` may be deleted."""
+        if not name.startswith(PREFIX):
+            self.accept(name, self.values.get(name))  # no such name is told first
+        raise ValueError(f'{name} cannot be deleted: /{self.get_name()} always has it')
+
     def check(self, values):
         """Raise ValueError if `values` {name: value} cannot stand together; no side effects."""
 
@@ -137,18 +147,28 @@ class DialNode(Node):
 
     def set_parameters_atomically(self, parameter_list):
         """Set all of the parameters or, with the reason, none."""
+        own = [p for p in parameter_list if p.name not in ROS_NAMES]
+        deleted = {p.name for p in own if p.type_ == Parameter.Type.NOT_SET}
         try:
-            changes = {p.name: self.accept_change(p.name, p.value) for p in parameter_list
-                       if p.name not in ROS_NAMES}
-            self.check({**self.values, **changes})
+            for name in deleted:
+                self.check_deletion(name)
+            changes = {p.name: self.accept_change(p.name, p.value) for p in own
+                       if p.name not in deleted}
+            self.check({name: value for name, value in {**self.values, **changes}.items()
+                        if name not in deleted})
         except ValueError as error:
             return SetParametersResult(successful=False, reason=str(error))
-        result = super().set_parameters_atomically(
-            [self._typed(p, changes) for p in parameter_list])
+        result = self.store([self._typed(p, changes) for p in parameter_list])
         if result.successful:
             self.values.update(changes)
-            self.apply(set(changes))
+            for name in deleted:
+                del self.values[name]
+            self.apply({*changes, *deleted})
         return result
+
+    def store(self, parameters):
+        """Set parameters as rclpy does, without the checks; return its result."""
+        return super().set_parameters_atomically(parameters)
 
     def accept_change(self, name, value):
         """Return `value` as accept does; raise ValueError also where only the start counts."""
@@ -161,8 +181,7 @@ class DialNode(Node):
     def _typed(self, parameter, changes):
         if parameter.name not in changes:
             return parameter
-        dial = self._dials.get(parameter.name)
-        return to_parameter(parameter.name, changes[parameter.name], dial.item if dial else str)
+        return to_parameter(parameter.name, changes[parameter.name], self.item_of(parameter.name))
 
 
 def to_parameter(name, value, item=str):

@@ -35,15 +35,35 @@ def check_path(path):
         raise ValueError(f'save_to: {path} cannot be written: {error.strerror}') from None
 
 
-def save_parameters(path, node, values):
+def heads_of(nodes):
     """
-    Write {name: value} as the params file of `node`, as `ros2 param dump` would.
+    Return {full name: the key that stands for the node in a params file}.
 
+    It counts in any namespace, as those of the shipped files, unless nodes of one name have to be
+    told apart.
+    """
+    names = [node.rpartition('/')[2] for node in nodes]
+    return {node: f'/**/{name}' if names.count(name) == 1 else node
+            for node, name in zip(nodes, names)}
+
+
+def save_parameters(path, node, values, others=None, lacking=()):
+    """
+    Write {name: value} of `node`, by its full name, as a params file.
+
+    others: {node: {name: value}} that are written with it. lacking: what the file does not hold,
+    in words; it says so at its top. Keys are as of `heads_of`.
     The file is written beside and then put in place, so a reader never sees half of it. Raises
     OSError where that fails; what was there before is then still there.
     """
     path = checks.path('save_to', path)
-    content = yaml.safe_dump({node: {'ros__parameters': values}}, sort_keys=True)
+    sections = {node: values, **(others or {})}
+    heads = heads_of(sections)
+    content = ''.join(f'# {line}, so what was set on it is not in this file.\n'
+                      for line in lacking)
+    content += yaml.safe_dump(
+        {heads[name]: {'ros__parameters': own} for name, own in sections.items() if own},
+        sort_keys=True)
     beside = path.with_name(f'.{path.name}-{os.getpid()}')
     try:
         beside.write_text(content)

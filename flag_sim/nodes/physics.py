@@ -83,8 +83,9 @@ class Physics(FrameServer):
         """Refuse values of which no cloth can be made."""
         material_of(values), air_of(values), stepping_of(values)
         if values['pole.diameter'] >= values['pole.height']:
-            raise ValueError(f"pole.diameter {values['pole.diameter']:g} m must be less than "
-                             f"pole.height {values['pole.height']:g} m")
+            diameter, height = (checks.text(values[f'pole.{n}']) for n in ('diameter', 'height'))
+            raise ValueError(f'pole.diameter {diameter} m must be less than pole.height '
+                             f'{height} m')
         _, length, width = hang_of(values)
         Mesh(2, 2, length, width)  # refuses a size that no grid has
 

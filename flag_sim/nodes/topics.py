@@ -79,6 +79,13 @@ def publishers(node, name):
     return ', '.join(sorted({end.node_name for end in ends}))
 
 
+def subscribers(node, name):
+    """Return {fully qualified name: endpoint} of the nodes that subscribe to a topic."""
+    ends = node.get_subscriptions_info_by_topic(node.resolve_topic_name(name))
+    return {f'{end.node_namespace.rstrip("/")}/{end.node_name}': bytes(end.endpoint_gid)
+            for end in ends}
+
+
 def subscribe(node, name, callback, raw=False):
     """Subscribe `node` to topic `name` of `TOPICS`; raw: the callback gets serialised bytes."""
     return node.create_subscription(TOPICS[name].message, name, callback, raw=raw,

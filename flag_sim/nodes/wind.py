@@ -17,6 +17,7 @@ from collections import Counter
 import sys
 import time
 
+from flag_sim.animation.tracks import SAME
 from flag_sim.dials.catalogue import WIND
 from flag_sim.nodes import keys, messages
 from flag_sim.nodes.animation import AnimationNode
@@ -236,10 +237,15 @@ class Wind(AnimationNode):
         self._pacer.index += 1
 
     def _publish_crossed(self, at):
-        """Publish the keys and events between the frame before and this one, `at` in the take."""
+        """
+        Publish the keys and events that take effect in the frame that is `at` [ns] in the take.
+
+        A key at the time of the frame has exactly its stamp, whichever way that was rounded.
+        """
         for key, name in self.timeline.crossed(self._previous / 1e9, at / 1e9):
-            self._keyframe_out.publish(
-                messages.header(self._pacer.offset + round(key * 1e9), name))
+            is_now = key >= at / 1e9 - SAME
+            self._keyframe_out.publish(messages.header(
+                self._pacer.offset + (at if is_now else round(key * 1e9)), name))
         self._previous = at
 
     # What people are told.
