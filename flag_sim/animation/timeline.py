@@ -15,11 +15,14 @@
 """A timeline: many tracks and named events under one clock, once or again and again."""
 import bisect
 
-from flag_sim.animation.tracks import SAME
+from flag_sim import checks
+from flag_sim.animation.tracks import SAME, Track
+from flag_sim.attributes import constant
 
 SHORTEST_ROUND = 1e-3  # of a loop [s]: a frame goes through all of its rounds
 
 
+@constant
 class Timeline:
     """
     What a shot's keys say at any time.
@@ -27,10 +30,14 @@ class Timeline:
     tracks: {name: Track}; events: [(time [s], name)], in any order (Blender: markers).
     loop: after the last key or event of all, everything begins again while time goes on (cyclic
     extrapolation); a track whose keys end earlier holds until then.
-    Raises ValueError for a loop that is too short.
+    Raises ValueError for a loop that is too short, and for what is no track, event or boolean.
     """
 
     def __init__(self, tracks, events=(), loop=False):
+        loop = checks.boolean('loop', loop)
+        for name, track in dict(tracks).items():
+            checks.instance(f'track {name!r}', track, Track)
+        events = [_event(*event) for event in events]
         self.tracks = dict(tracks)
         keys = [(time, name) for name, track in self.tracks.items() for time in track.times]
         self._marks = sorted([*keys, *events])
@@ -87,3 +94,9 @@ class Timeline:
         if not self.loop:
             return range(1)
         return range(max(int(after // self.length) - 1, 0), int(until // self.length) + 2)
+
+
+def _event(time, name):
+    """Return an event as it is; raise ValueError if it is none."""
+    checks.require(isinstance(name, str), 'name of an event', 'a text', name)
+    return checks.finite(f"time of the event '{name}'", time), name

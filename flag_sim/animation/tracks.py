@@ -23,6 +23,7 @@ import itertools
 import math
 
 from flag_sim.animation.laws import HOLDS, LAWS, monotone_slopes
+from flag_sim.attributes import constant
 import numpy as np
 
 SAME = 2e-9
@@ -34,6 +35,7 @@ that is at n / 30 s. After a month, float64 adds as much to times and to the rou
 """
 
 
+@constant
 class Track:
     """
     The keys of one value.
@@ -111,6 +113,8 @@ class Track:
 
         At a key it is exactly the key's value; a vector comes as a list (k,).
         """
+        if not math.isfinite(time):
+            raise ValueError(f'time must be finite, not {time}')
         k = bisect.bisect_right(self.times, time + SAME) - 1
         if k < 0 or k == len(self.times) - 1 or time <= self.times[k]:
             return self.values[max(k, 0)]

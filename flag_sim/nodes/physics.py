@@ -92,7 +92,10 @@ class Physics(FrameServer):
             raise ValueError(f"pole.diameter {values['pole.diameter']:g} m must be less than "
                              f"pole.height {values['pole.height']:g} m")
         _, length, width = hang_of(values)
-        Mesh(2, 2, length, width)  # refuses a size that no grid has
+        try:
+            Mesh(2, 2, length, width)  # refuses a size that no grid has
+        except ValueError as error:
+            raise ValueError(f'flag.{error}') from None
 
     def check_wind(self, wind):
         """Refuse a wind that the cloth does not take."""
