@@ -17,7 +17,7 @@ Which attributes an object has: those that its class gives it, and no others.
 
 Python lets anybody set an attribute of any name. One that nobody reads, because it is mistyped or
 belongs to another object, would be accepted without effect. Both functions here are decorators of
-classes. A subclass with an __init__ of its own stays open, for that may make more attributes.
+classes. Objects of a subclass stay open: what they have is for its author to say.
 """
 import dataclasses
 import functools
@@ -56,7 +56,7 @@ def _guarded(cls, refusal):
     @functools.wraps(init)
     def __init__(self, *args, **kwargs):
         init(self, *args, **kwargs)
-        self.__dict__['_is_made'] = type(self).__init__ is __init__
+        self.__dict__['_is_made'] = type(self) is cls
 
     def __setattr__(self, name, value):
         reason = refusal(self, name) if self.__dict__.get('_is_made') else None
