@@ -77,7 +77,7 @@ def test_the_library_example_runs(tmp_path):
 def test_params_files_name_real_parameters(path):
     """Every value in config/ is one that its node accepts."""
     for node, content in yaml.safe_load(path.read_text()).items():
-        dials = {dial.name: dial for dial in NODES[node.strip('/')]}
+        dials = {dial.name: dial for dial in NODES[node.rpartition('/')[2]]}
         for name, value in content['ros__parameters'].items():
             if not name.startswith('keys.'):
                 dials[name].accept(value)
