@@ -84,8 +84,10 @@ def finite(name, value, low=-math.inf, high=math.inf, above=-math.inf):
     Raises ValueError unless it is a finite number, low <= value <= high and value > above.
     """
     try:
+        if isinstance(value, (bool, np.bool_)) or np.ndim(value):  # Python takes True for 1
+            raise TypeError
         is_finite = math.isfinite(value)
-    except (TypeError, OverflowError):
+    except (TypeError, ValueError, OverflowError):
         raise ValueError(f'{name} must be a number, not {value!r}') from None
     number = float(value)
     if not is_finite:
@@ -109,10 +111,16 @@ def whole(name, value, low, high):
     return int(number)
 
 
-def fields(record, names, prefix='', **limits):
+def boolean(name, value):
+    """Return value as a bool; raises ValueError unless it is True or False."""
+    require(isinstance(value, (bool, np.bool_)), name, 'True or False', value)
+    return bool(value)
+
+
+def fields(record, names, **limits):
     """Make fields of a frozen dataclass floats within limits, or raise ValueError (see finite)."""
     for name in names:
-        object.__setattr__(record, name, finite(prefix + name, getattr(record, name), **limits))
+        object.__setattr__(record, name, finite(name, getattr(record, name), **limits))
 
 
 def wholes(record, names, low, high):
@@ -137,6 +145,8 @@ def choice(name, value, choices):
 def vector(name, value, largest=math.inf):
     """Return value as three finite floats; raises ValueError unless of at most largest size."""
     numbers = array(name, value, (3,), largest)
+    if any(isinstance(one, (bool, np.bool_)) for one in value):
+        raise ValueError(f'{name} must hold numbers, not {value!r}')
     return tuple(float(number) for number in numbers)
 
 
@@ -153,7 +163,10 @@ def array(name, value, shape, largest=math.inf):
     in size.
     """
     try:
-        numbers = np.asarray(value).astype(np.float64, casting='same_kind', copy=False)
+        numbers = np.asarray(value)
+        if numbers.dtype.kind == 'b':
+            raise TypeError
+        numbers = numbers.astype(np.float64, casting='same_kind', copy=False)
     except (TypeError, ValueError):
         raise ValueError(f'{name} must hold numbers, not {value!r}') from None
     if numbers.shape != shape:

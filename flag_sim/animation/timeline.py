@@ -17,7 +17,8 @@ import bisect
 import math
 
 from flag_sim import checks
-from flag_sim.animation.tracks import SAME
+from flag_sim.animation.tracks import SAME, Track
+from flag_sim.attributes import constant
 
 SHORTEST_ROUND = 1e-3  # of a loop [s]: a frame goes through all of its rounds
 
@@ -27,6 +28,7 @@ def nearest_frame(time, rate):
     return math.floor(time * rate + 0.5) / rate
 
 
+@constant
 class Timeline:
     """
     What a shot's keys say at any time.
@@ -36,10 +38,14 @@ class Timeline:
     from 0, or the first key if it is before 0, to the last key or event of all; a track whose
     keys end earlier holds until then. The end of a round and the begin of the next are one
     moment, which shows the end, so that the last key is seen (as in Blender's cycles).
-    Raises ValueError for a loop that is too short.
+    Raises ValueError for a loop that is too short, and for what is no track, event or boolean.
     """
 
     def __init__(self, tracks, events=(), loop=False):
+        loop = checks.boolean('loop', loop)
+        for name, track in dict(tracks).items():
+            checks.instance(f'track {name!r}', track, Track)
+        events = [_event(*event) for event in events]
         self.tracks = dict(tracks)
         keys = [(time, name) for name, track in self.tracks.items() for time in track.times]
         self._marks = sorted([*keys, *events])
@@ -47,7 +53,7 @@ class Timeline:
         self.begin = min([0.0, *self._times[:1]])
         self.end = max(self._times, default=0.0)
         self.length = self.end - self.begin
-        self.loop = bool(loop) and self.length > 0.0
+        self.loop = loop and self.length > 0.0
         if self.loop and self.length < SHORTEST_ROUND:
             raise ValueError(f'a loop must take at least {SHORTEST_ROUND:g} s; its last key or '
                              f'event is at {checks.text(self.end)} s')
@@ -102,3 +108,9 @@ class Timeline:
             return range(1)
         return range(max(int((after - self.begin) // self.length) - 1, 0),
                      int((until - self.begin) // self.length) + 2)
+
+
+def _event(time, name):
+    """Return an event as it is; raise ValueError if it is none."""
+    checks.require(isinstance(name, str), 'name of an event', 'a text', name)
+    return checks.finite(f"time of the event '{name}'", time), name

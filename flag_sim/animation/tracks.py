@@ -25,6 +25,7 @@ import math
 
 from flag_sim import checks
 from flag_sim.animation.laws import HOLDS, LAWS, monotone_slopes
+from flag_sim.attributes import constant
 import numpy as np
 
 TURN = 2.0 * math.pi
@@ -43,6 +44,7 @@ that is at n / 30 s. After a month, float64 adds as much to times and to the rou
 SHORTEST = 1e-9  # between two keys [s]: what stamps tell apart
 
 
+@constant
 class Track:
     """
     The keys of one value.
@@ -60,7 +62,8 @@ class Track:
     def __init__(self, times, values, laws=None, is_angle=False, turns=False):
         self.times = [_time(time) for time in times]
         self.values = list(values)
-        self.is_angle, self.turns = is_angle, turns
+        self.is_angle = checks.boolean('is_angle', is_angle)
+        self.turns = checks.boolean('turns', turns)
         holds = any(isinstance(value, HOLDS) for value in self.values)
         self.laws = list(laws) if laws else ['step' if holds else 'linear'] * len(self.times)
         self._check(holds)
@@ -171,6 +174,8 @@ class Track:
 
         At a key it is exactly the key's value; a vector comes as a list (k,).
         """
+        if not math.isfinite(time):
+            raise ValueError(f'time must be finite, not {time}')
         k = bisect.bisect_right(self.times, time + SAME) - 1
         if k < 0 or k == len(self.times) - 1 or time <= self.times[k]:
             return self.values[max(k, 0)]

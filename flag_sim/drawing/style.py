@@ -31,7 +31,7 @@ SAMPLES = tuple(PATTERNS)
 class Materials:
     """What the three things of the scene are made of."""
 
-    flag: Material = Material((205.0, 35.0, 40.0))
+    flag: Material = Material((205.0, 35.0, 40.0), transmission=0.3)
     pole: Material = Material((200.0, 200.0, 205.0))
     platform: Material = Material((150.0, 145.0, 135.0))
 

@@ -33,7 +33,7 @@ WEATHER = {dial: default for dial, default in _defaults(WIND).items()
 DEFAULTS = {
     'wind': WEATHER,
     'physics': {**{dial: _defaults(SCENE)[dial] for dial in SIZES},
-                **_defaults(PHYSICS, but=['max_gap'])},
+                **_defaults(PHYSICS, but=['max_gap', 'preroll'])},
     'renderer': {**_defaults(SCENE, but=SIZES), **_defaults(RENDERER, but=['threads']),
                  'drawing.threads': 1},
 }
