@@ -12,17 +12,4 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What the study's commands take."""
-import argparse
-import math
-
-
-def positive(text):
-    """Return an argument as a number; raises ArgumentTypeError unless it is above zero."""
-    try:
-        number = float(text)
-    except ValueError:
-        number = math.nan
-    if not 0.0 < number < math.inf:
-        raise argparse.ArgumentTypeError(f'must be a number above 0, not {text}')
-    return number
+"""What is measured, and how: runs of the cloth, how wrong they are, and what they cost."""
