@@ -16,6 +16,7 @@
 from pathlib import Path
 
 from flag_sim import checks
+from flag_sim.arguments import given_path
 from flag_sim.nodes import demo
 from flag_sim.nodes.bag import Bag
 from flag_sim.nodes.parameters import BadParameter
@@ -23,7 +24,6 @@ from flag_sim.nodes.player import Player
 from flag_sim.nodes.recorder import Recorder
 from flag_sim.nodes.wind import Wind
 from flag_sim.study import __main__ as study, tune
-from flag_sim.study.arguments import given_path
 import pytest
 from rcl_interfaces.msg import ParameterEvent
 import rclpy

@@ -18,7 +18,7 @@ import re
 
 from flag_sim.dials.catalogue import NODES
 from flag_sim.study import search, tune
-from flag_sim.study.trial import Trials
+from flag_sim.study.measures.trials import Trials
 import pytest
 from support.study import SMALL
 import yaml
@@ -57,9 +57,9 @@ def refused(capsys, *arguments):
 
 def test_the_file_is_one_that_the_nodes_take(tmp_path, capsys):
     """
-    Every value is legal for its dial and of its type; a coarse grid suffices for 20 px.
+    Every value is legal for its parameter and of its type; a coarse grid suffices for 20 px.
 
-    It has the user's own dials too: they are what its promise is for.
+    It has the user's own parameters too: they are what its promise is for.
     """
     assert run(tmp_path, 20.0) == 0
     text = (tmp_path / 'tuned.yaml').read_text()
@@ -120,7 +120,7 @@ def test_what_proves_dear_in_the_check_is_not_taken(tmp_path, monkeypatch):
         row, positions = whole(self, settings, window)
         is_check = self.reference.settings['gust.seed'] == search.OTHER_SEED
         if is_check:
-            checked.append({dial: settings[dial] for dial in (
+            checked.append({name: settings[name] for name in (
                 'grid.columns', 'solver', 'substeps', 'precision')})
         is_dear = is_check and checked[-1] == checked[0]
         return {**row, 'physics_ms': 50.0 if is_dear else 1.0}, positions
@@ -129,7 +129,7 @@ def test_what_proves_dear_in_the_check_is_not_taken(tmp_path, monkeypatch):
     assert run(tmp_path, 20.0) == 0
     tuned = yaml.safe_load((tmp_path / 'tuned.yaml').read_text())
     chosen = tuned['/**/physics']['ros__parameters']
-    chosen = {dial: chosen[dial] for dial in checked[0]}
+    chosen = {name: chosen[name] for name in checked[0]}
     assert chosen in checked and chosen != checked[0]
 
 

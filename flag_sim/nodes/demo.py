@@ -19,11 +19,11 @@ import shutil
 import sys
 import time
 
+from flag_sim.arguments import given_path
 from flag_sim.nodes.config import config_path
 from flag_sim.nodes.domains import NoDomain
 from flag_sim.nodes.film import images_of, write_animation, write_contact_sheet
 from flag_sim.nodes.graph import Graph
-from flag_sim.study.arguments import given_path
 from tqdm import tqdm
 import yaml
 

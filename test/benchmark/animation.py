@@ -25,6 +25,7 @@ from pathlib import Path
 import statistics
 import time
 
+from flag_sim.arguments import given_path
 from flag_sim.dials.catalogue import NODES
 from flag_sim.nodes import keys, messages
 from flag_sim.nodes.frames import Tag
@@ -84,7 +85,7 @@ def main():
     """Measure, print and write."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--quick', action='store_true', help='few frames')
-    parser.add_argument('--out', type=Path, default=Path('out/bench-animation.json'))
+    parser.add_argument('--out', type=given_path, default=Path('out/bench-animation.json'))
     options = parser.parse_args()
     frames = 20 if options.quick else FRAMES
     values, end = animation()

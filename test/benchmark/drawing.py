@@ -28,12 +28,12 @@ import time
 
 os.environ['LP_NUM_THREADS'] = '0'  # llvmpipe draws in the calling thread; read at its start
 
+from flag_sim.arguments import given_path  # noqa: E402
 from flag_sim.drawing import Camera, Light, Picture, Scene, Style  # noqa: E402
 from flag_sim.drawing.assembly import Assembly  # noqa: E402
 from flag_sim.drawing.bands import BAND, Buffers, clear  # noqa: E402
 from flag_sim.drawing.canvas import Canvas, write_rgb  # noqa: E402
 from flag_sim.drawing.spans import span_linear  # noqa: E402
-from flag_sim.study.arguments import given_path  # noqa: E402
 
 import numpy as np  # noqa: E402
 

@@ -13,7 +13,8 @@
 # limitations under the License.
 
 """A study in which everything is small: for seconds where the real one takes minutes."""
-from flag_sim.study import reference, search
+from flag_sim.study import search
+from flag_sim.study.measures import reference
 
 SMALL = (
     (search, 'FINEST', (17, 25)), (search, 'WINDOWS', 2), (search, 'CHECKS', 2),

@@ -12,22 +12,24 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Part: the dials together: the whole pipeline's cost against its error, and the frontier."""
+"""The parameters together: the whole pipeline's cost against its error, and the frontier."""
 import itertools
 import math
 
 from flag_sim.cloth.solvers import SOLVERS
-from flag_sim.study import plots as drawing, report, scene, summary, sweep
-from flag_sim.study.reference import WINDOW
+from flag_sim.study import plots as drawing
+from flag_sim.study.measures import summary, trials
+from flag_sim.study.measures.errors import MEASURES, PICTURE
+from flag_sim.study.measures.reference import WINDOW
+from flag_sim.study.report import spread, table
+from flag_sim.study.sections import sweep
 
-NAME = 'frontier'
-SHARE = 2.0
+PLACE, NAME, SHARE = 6, 'frontier', 2.0
 TURNS = 5
 COLUMNS = (7, 13, 16, 25, 31, 61, 121)
 PICTURES = {'4 samples': {'samples': 4}, '320 x 240': {'width': 320, 'height': 240}}
 """Other pictures than the default's; they are tried with symplectic steps."""
-EDGE = '#ffe48a'
-"""Colour of the frontier: no method's."""
+EDGE = '#ffe48a'  # colour of the frontier: no method's
 
 
 def methods():
@@ -45,23 +47,21 @@ def settings():
     """Return {name: settings} of combinations of grid, method and picture."""
     found = {}
     for columns, (name, changes) in itertools.product(COLUMNS, methods().items()):
-        changes = dict(changes)
         if name == 'softened':
             # Half of what symplectic asks for at its safety: a quarter of the stiffness.
             changes['substeps_limit'] = max(1, round(1.1 * columns))
-        found[f'{columns} {name}'] = scene.with_grid(columns, **changes)
-    return found | {f'{columns} symplectic, {name}': scene.with_grid(columns, **changes)
+        found[f'{columns} {name}'] = trials.with_grid(columns, **changes)
+    return found | {f'{columns} symplectic, {name}': trials.with_grid(columns, **changes)
                     for columns, (name, changes) in itertools.product(COLUMNS, PICTURES.items())}
 
 
-def run(store, budget):
+def batches(store):
     """Run every combination through the windows, again and again."""
-    sweep.run(store, budget, NAME, settings(), _row, list(range(sweep.FIRST)) * TURNS)
+    return sweep.batches(store, settings(), _row, list(range(sweep.FIRST)) * TURNS)
 
 
 def _row(own, settings, window):
-    row, positions = own.motion(settings, window)
-    return {**row, **own.picture(settings, positions, window, with_ssim=False)}
+    return own.row(settings, window, {'psnr_db': PICTURE['psnr_db']})
 
 
 def summarised(rows):
@@ -75,11 +75,9 @@ def summarised(rows):
 
 
 def points(rows, column='rms_px'):
-    """Return ([name], [(cost [ms], column)]) of what did not diverge."""
-    found = {name: (one['cost_ms'][1], one[column])
-             for name, one in summarised(rows).items()
-             if one['cost_ms'] and math.isfinite(one['rms_px'])}
-    return list(found), list(found.values())
+    """Return {name: (cost [ms], column)} of what did not diverge."""
+    return {name: (one['cost_ms'][1], one[column]) for name, one in summarised(rows).items()
+            if one['cost_ms'] and math.isfinite(one['rms_px'])}
 
 
 def best(rows, column='rms_px'):
@@ -89,27 +87,27 @@ def best(rows, column='rms_px'):
     PSNR counts as the root mean square of the colours' errors that it stands for. Error in pixels
     of another picture would be in other pixels: only motions are compared by it.
     """
-    names, at = points(rows, column)
+    at = points(rows, column)
     if column == 'psnr_db':
-        at = [(cost, 10.0**(-value / 20.0)) for cost, value in at]
+        at = {name: (cost, 10.0**(-value / 20.0)) for name, (cost, value) in at.items()}
     else:
-        names, at = zip(*((name, point) for name, point in zip(names, at) if ',' not in name))
-    return [names[index] for index in summary.frontier(at, sweep.resolution(rows))]
+        at = {name: point for name, point in at.items() if ',' not in name}
+    return [list(at)[index] for index in summary.frontier(
+        list(at.values()), sweep.resolution(rows))]
 
 
-def section(rows):
+def text(rows: list[dict]) -> str:
     """Return the frontier as a table."""
     found = summarised(rows)
-    own = sweep.own_of(rows)
     default = found[_default()]
+    columns = ('rms_px', 'worst_px', 'psnr_db')
 
-    def table(column):
-        return report.table(
-            ['settings', 'ms a frame', 'quartiles', 'RMS px', 'worst px', 'PSNR dB', ''],
-            [[name, one['cost_ms'][1], f'{one["cost_ms"][0]:.3g} to {one["cost_ms"][2]:.3g}',
-              one['rms_px'], one['worst_px'], one['psnr_db'],
-              '' if one['rms_px'] >= 10.0 * own else 'below rank']
-             for name in best(rows, column) for one in [found[name]]], 'lrlrrrl')
+    def frontier(column):
+        return table(
+            ['settings', 'ms a frame', 'quartiles', *(MEASURES[name].title for name in columns),
+             ''],
+            [[name, *spread(found[name]['cost_ms']), *(found[name][one] for one in columns),
+              sweep.rank(found[name], rows)] for name in best(rows, column)], 'lrlrrrl')
     return f"""## The frontier
 
 {len(found)} combinations of grid (its columns), method and picture; the cost is that of
@@ -124,7 +122,7 @@ own times. {sweep.noise(rows)}
 {1e3 * WINDOW:.0f} ms, in the first {sweep.FIRST} windows of the gusty shot), PSNR
 {default['psnr_db']:.3g} dB.**
 
-{table('rms_px')}
+{frontier('rms_px')}
 
 'softened' is symplectic with `substeps_limit` at half the steps that it asks for or less, which
 lowers the stiffness to a quarter or less.
@@ -132,7 +130,7 @@ lowers the stiffness to a quarter or less.
 The same for the picture as a whole (PSNR against the reference's picture), other pictures
 included:
 
-{table('psnr_db')}
+{frontier('psnr_db')}
 """
 
 
@@ -144,20 +142,19 @@ def plots(rows, folder):
                  f'RMS error after {1e3 * WINDOW:.0f} ms [px]'),
                 (axes[1], 'psnr_db', 'likeness of the picture: upper left is better',
                  'PSNR of the picture [dB]')):
-            names, at = points(rows, column)
+            at = points(rows, column)
             for kind in (*methods(), *(f'symplectic, {name}' for name in PICTURES)):
-                some = [point for name, point in zip(names, at)
-                        if name.split(' ', 1)[1] == kind]
+                some = [point for name, point in at.items() if name.split(' ', 1)[1] == kind]
                 if some and (axis is axes[1] or ',' not in kind):
                     axis.plot(*zip(*some), label=kind, **_look(kind))
-            edge = [at[names.index(name)] for name in best(rows, column)]
-            axis.plot(*zip(*edge), color=EDGE, lw=9, zorder=0, label='frontier')
-            axis.plot(*at[names.index(_default())], 'o', ms=13, mfc='none', mec='black', mew=1.5,
-                      ls='none', label='the defaults')
+            axis.plot(*zip(*(at[name] for name in best(rows, column))), color=EDGE, lw=9,
+                      zorder=0, label='frontier')
+            axis.plot(*at[_default()], 'o', ms=13, mfc='none', mec='black', mew=1.5, ls='none',
+                      label='the defaults')
             axis.set(xscale='log', xlabel='time of a frame, physics and drawing [ms]',
                      ylabel=label, title=title)
         axes[0].set_yscale('log')
-        own = sweep.own_of(rows)
+        own = sweep.own_error(rows)
         axes[0].axhline(own, color='0.6', ls=':')
         axes[0].text(axes[0].get_xlim()[0], own, " the reference's own error", va='bottom')
         figure.legend(*axes[1].get_legend_handles_labels(), loc='outside lower center', ncols=5,
@@ -173,7 +170,7 @@ def plots(rows, folder):
 
 def _default():
     """Return the name of the combination that is the defaults."""
-    return f'{scene.BASE["grid.columns"]} {scene.BASE["solver"]}'
+    return f'{trials.BASE["grid.columns"]} {trials.BASE["solver"]}'
 
 
 def _look(kind):

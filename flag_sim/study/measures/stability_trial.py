@@ -15,35 +15,33 @@
 """
 One trial of a method: a small flag, some steps, and what became of it.
 
-RAW asks the method itself, Solver.advance in steps of a fixed length; CLOTH asks what a user gets,
-Cloth.advance, which divides frames into steps, softens, and holds.
+raw asks the method itself, Solver.advance in steps of a fixed length; through_cloth asks what a
+user gets, Cloth.advance, which divides frames into steps, softens, and limits the stretch.
 """
 import math
 
 from flag_sim.animation.wind import wind_vector
-from flag_sim.cloth import Cloth, Diverged, Material
+from flag_sim.cloth import Air, Cloth, Diverged, Material
+from flag_sim.cloth.forces import Forcing
 from flag_sim.cloth.mesh import Mesh
 from flag_sim.cloth.model import Model
 from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.cloth.stability import damping_bound, frequency_bound
 from flag_sim.cloth.state import State
 from flag_sim.dials.settings import hang_of
-from flag_sim.study.settings import defaults, WEATHER
+from flag_sim.study.measures.settings import defaults, WEATHER
 import numpy as np
 
 ROWS, COLUMNS = 9, 13
 """Of the flag: what breaks is the finest wave of a grid, which every grid has."""
 HOIST_TOP, LENGTH, WIDTH = hang_of(defaults())
+MESH = Mesh(ROWS, COLUMNS, LENGTH, WIDTH)
 NOISE = 1e-3
 """Of the first positions, in parts of a cell: something for an unstable wave to grow from."""
-STEPS = 500
-"""In which a raw scheme must diverge, or counts as stable."""
-CHUNK = 50
-"""Steps between two looks at the state."""
-FAR = 100.0
-"""Times farther than wind and gravity can carry a free cloth: a place for numbers only."""
-FRAMES = 2
-"""That a cloth is moved by at least, and on until it has taken STEPS steps."""
+STEPS = 500  # in which a raw scheme must diverge, or counts as stable
+CHUNK = 50  # steps between two looks at the state
+FAR = 100.0  # times farther than wind and gravity can carry a free cloth: a place for numbers only
+FRAMES = 2  # that a cloth is moved by at least, and on until it has taken STEPS steps
 
 STABLE, SOFTENED, REACH, HELD, DIVERGING = 'stable', 'softened', 'reach', 'held', 'diverging'
 OUTCOMES = {
@@ -56,12 +54,13 @@ OUTCOMES = {
 """What can become of a trial, in words."""
 
 
-def blowing(speed):
+def blowing(speed: float) -> tuple[float, float, float]:
     """Return a wind of a speed [m/s], in the direction of the default shot."""
     return tuple(wind_vector(speed, WEATHER['azimuth'], WEATHER['elevation']).tolist())
 
 
-def sheet(stiffness, area_density=Material.area_density, damping=Material.damping):
+def sheet(stiffness: float, area_density: float = Material.area_density,
+          damping: float = Material.damping) -> Material:
     """
     Return a Material of a stiffness [N/m] and a mass [kg/m2] that keeps its proportions.
 
@@ -73,25 +72,21 @@ def sheet(stiffness, area_density=Material.area_density, damping=Material.dampin
                     part * default.bend_stiffness, damping)
 
 
-def first_positions(mesh):
+def first_positions() -> np.ndarray:
     """Return the cloth laid flat, with noise, but for its pins: (rows, columns, 3) [m]."""
-    rest = mesh.rest(HOIST_TOP)
+    rest = MESH.rest(HOIST_TOP)
     noise = np.random.default_rng(1).normal(size=rest.shape)
-    return rest + NOISE * mesh.dx * noise * mesh.grid(mesh.free)[..., None]
+    return rest + NOISE * MESH.dx * noise * MESH.grid(MESH.free)[..., None]
 
 
-def largest_step(solver, material, mesh, air):
+def largest_step(solver: str, material: Material, air: Air, mesh: Mesh = MESH) -> float:
     """Return the step [s] that theory promises to be stable: the planner's, at step_safety 1."""
     model = Model(mesh, material)
     return SOLVERS[solver].largest_step(frequency_bound(model), damping_bound(model), air)
 
 
-def small_mesh():
-    """Return the mesh of all trials."""
-    return Mesh(ROWS, COLUMNS, LENGTH, WIDTH)
-
-
-def raw(solver, material, forcing, dt, mesh, far=None):
+def raw(solver: str, material: Material, forcing: Forcing, dt: float,
+        far: float | None = None) -> str:
     """
     Return DIVERGING or STABLE for STEPS steps of dt [s] of a method, without planner or limits.
 
@@ -99,11 +94,11 @@ def raw(solver, material, forcing, dt, mesh, far=None):
     is FAR times what the flag's size, the wind and free fall together account for; where springs
     do not diverge nothing else can be so far, however limp they are.
     """
-    method = SOLVERS[solver](Model(mesh, material))
-    state, spare = State(mesh), State(mesh)
-    state.place(first_positions(mesh))
+    method = SOLVERS[solver](Model(MESH, material))
+    state, spare = State(MESH), State(MESH)
+    state.place(first_positions())
     begin = state.data[:3].copy()
-    size, wind = math.hypot(mesh.length, mesh.width), math.hypot(*forcing.wind)
+    size, wind = math.hypot(LENGTH, WIDTH), math.hypot(*forcing.wind)
     for done in range(CHUNK, STEPS + 1, CHUNK):
         if method.advance(state, spare, forcing, dt, CHUNK) is spare:
             state, spare = spare, state
@@ -115,10 +110,10 @@ def raw(solver, material, forcing, dt, mesh, far=None):
     return STABLE
 
 
-def through_cloth(solver, material, wind, dt):
+def through_cloth(solver: str, material: Material, wind: tuple, dt: float) -> str:
     """Return the worst that some frames of dt [s] show: STABLE, REACH, SOFTENED or HELD."""
     cloth = Cloth(ROWS, COLUMNS, LENGTH, WIDTH, HOIST_TOP, material=material, solver=solver)
-    cloth.place(first_positions(cloth.mesh))
+    cloth.place(first_positions())
     seen = {STABLE}
     frames = taken = 0
     while frames < FRAMES or taken < STEPS:

@@ -15,30 +15,28 @@
 """Drawing of stability maps: a panel for each method, with the line of theory over it."""
 import math
 
-from flag_sim.study import breaking, plots
+from flag_sim.study import plots
+from flag_sim.study.measures import stability_trial as trial
 import numpy as np
 
-LETTERS = {breaking.STABLE: 's', breaking.SOFTENED: 'l', breaking.REACH: 'r', breaking.HELD: 'h',
-           breaking.DIVERGING: 'd'}
+LETTERS = {trial.STABLE: 's', trial.SOFTENED: 'l', trial.REACH: 'r', trial.HELD: 'h',
+           trial.DIVERGING: 'd'}
 """What stands for an outcome in a row of a map."""
-BROKEN = {LETTERS[breaking.HELD], LETTERS[breaking.DIVERGING]}
+BROKEN = {LETTERS[trial.HELD], LETTERS[trial.DIVERGING]}
 
 # Okabe and Ito's colours, apart for the colour-blind, and also in grey from light to dark.
-COLORS = {breaking.STABLE: '#f2f2f2', breaking.SOFTENED: '#56b4e9', breaking.REACH: '#f0e442',
-          breaking.HELD: '#d55e00', breaking.DIVERGING: '#000000'}
+COLORS = {trial.STABLE: '#f2f2f2', trial.SOFTENED: '#56b4e9', trial.REACH: '#f0e442',
+          trial.HELD: '#d55e00', trial.DIVERGING: '#000000'}
 LINE = '#cc79a7'
-REFUSED = {'color': 'black', 'linestyle': ':', 'linewidth': 1.5}
-"""The line of max_gap."""
-LINE_LEVEL = 4
-"""Of refinement, for the line."""
+REFUSED = {'color': 'black', 'linestyle': ':', 'linewidth': 1.5}  # the line of max_gap
+LINE_LEVEL = 4  # of refinement, for the line
 
 
-def draw(path, chart, panels, bound, longest=None):
+def draw(path, chart, panels, longest=None):
     """
-    Draw a map's panels {solver: rows, by y} to a file.
+    Draw a Map's panels {solver: rows, by y} to a file, with a line where its bound is one.
 
-    bound(solver, x, y): how long a step may be in theory, over what it is there; drawn where it
-    is one. longest: the y [s] beyond which the physics node refuses frames, drawn if given.
+    longest: the y [s] beyond which the physics node refuses frames, drawn if given.
     """
     columns = min(len(panels), 3 if len(panels) <= 6 else 4)
     rows = -(-len(panels) // columns)
@@ -47,7 +45,7 @@ def draw(path, chart, panels, bound, longest=None):
         seen = set()
         for axes, (solver, lines) in zip(grid.flat, panels.items()):
             seen |= _panel(axes, chart, lines)
-            _theory(axes, chart, solver, bound)
+            _theory(axes, chart, solver)
             if longest:
                 axes.axhline(math.log10(longest), **REFUSED)
             axes.set_title(solver)
@@ -64,11 +62,13 @@ def draw(path, chart, panels, bound, longest=None):
 
 def _panel(axes, chart, lines):
     """Draw one method's map; return the outcomes in it."""
+    from matplotlib.colors import ListedColormap
     level = lines[0]['level']
     outcomes, letters = list(LETTERS), list(LETTERS.values())
     numbers = np.array([[letters.index(letter) for letter in row['cells']] for row in lines])
     at_x, at_y = places(chart.x, level), places(chart.y, level)
-    axes.pcolormesh(at_x, at_y, numbers, cmap=_colors(), vmin=-0.5, vmax=len(outcomes) - 0.5)
+    axes.pcolormesh(at_x, at_y, numbers, cmap=ListedColormap(list(COLORS.values())), vmin=-0.5,
+                    vmax=len(outcomes) - 0.5)
     # Cells at the ends are shown by half, so that panels of other levels have the same frame.
     axes.set_xlim(at_x[0], at_x[-1])
     axes.set_ylim(at_y[0], at_y[-1])
@@ -77,7 +77,7 @@ def _panel(axes, chart, lines):
     return {outcomes[number] for number in np.unique(numbers)}
 
 
-def _theory(axes, chart, solver, bound):
+def _theory(axes, chart, solver):
     """
     Draw where the bound is one, if there it is.
 
@@ -85,7 +85,7 @@ def _theory(axes, chart, solver, bound):
     """
     ends = (chart.y.low, chart.y.high)
     fine = chart.x._replace(has_zero=False)
-    reach = np.array([[bound(solver, x, y) for x in fine.values(LINE_LEVEL)] for y in ends])
+    reach = np.array([[chart.bound(solver, x, y) for x in fine.values(LINE_LEVEL)] for y in ends])
     if np.isfinite(reach).all():
         axes.contour(places(fine, LINE_LEVEL), np.log10(ends), np.log(reach), [0.0],
                      colors=LINE, linewidths=2.0)
@@ -111,17 +111,12 @@ def _ticks(axis, of):
     axis.set_ticklabels(['0'] * of.has_zero + [f'$10^{{{power}}}$' for power in powers])
 
 
-def _colors():
-    from matplotlib.colors import ListedColormap
-    return ListedColormap(list(COLORS.values()))
-
-
 def _legend(figure, seen, longest):
     """Name the outcomes that are seen, and the lines."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
     handles = [Patch(facecolor=COLORS[outcome], edgecolor='#808080', label=text)
-               for outcome, text in breaking.OUTCOMES.items() if outcome in seen]
+               for outcome, text in trial.OUTCOMES.items() if outcome in seen]
     handles.append(Line2D([], [], color=LINE, linewidth=2.0, label='bound of theory'))
     if longest:
         handles.append(Line2D([], [], **REFUSED, label=(

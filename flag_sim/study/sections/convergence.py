@@ -12,59 +12,60 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Part: how exact the references themselves are, which says what they can rank."""
+"""How exact the references themselves are, which says what they can rank."""
+import functools
+
 from flag_sim.cloth import Diverged
 from flag_sim.cloth.mesh import resample
 from flag_sim.dials.settings import cloth_of, hang_of
-from flag_sim.study import error, plots as drawing, report, scene, summary
-from flag_sim.study.reference import WINDOW
+from flag_sim.study import plots as drawing
+from flag_sim.study.measures import errors, summary, trials
+from flag_sim.study.measures.reference import WINDOW
+from flag_sim.study.report import table
+from flag_sim.study.runner import Batch
 import numpy as np
 
-NAME = 'convergence'
-SHARE = 3.0
+PLACE, NAME, SHARE = 1, 'convergence', 3.0
 WINDOWS = 8
 FIRST = 2
 """Windows that every study has, however short; of so many one is run on the refined grid too."""
 COLUMNS = (16, 31, 61, 121)
-TENTH = 10.0
-"""An error is ranked where it is so many times the reference's own."""
+MEASURES = {name: errors.MOTION[name] for name in ('rms_mm', 'worst_mm', 'rms_px')}
+TENTH = 10.0  # an error is ranked where it is so many times the reference's own
 
 
 def grids():
     """Return (rows, columns) of the reference and of its refinement."""
-    rows, columns = scene.FINEST
-    return scene.FINEST, (2 * rows - 1, 2 * columns - 1)
+    rows, columns = trials.FINEST
+    return trials.FINEST, (2 * rows - 1, 2 * columns - 1)
 
 
-def run(store, budget):
-    """Make windows; compare each with coarser grids, half the step, and one with a finer grid."""
+def batches(store):
+    """Compare windows with coarser grids and half the step, and some with a finer grid."""
     finest, finer = grids()
     refined = 0
+
+    def rows(number, grid, step=1.0, solver='symplectic'):
+        return {f'{number}@{grid[1]}@{step}@{solver}': functools.partial(
+            _row, store, number, grid, step, solver)}
+
     for number in range(WINDOWS):
-        if number >= FIRST and not budget.allows():
-            return
-        budget.say(f'window {number + 1}, on {finest[1]} x {finest[0]} nodes')
-        _compare(store, number)
-        if number + 1 >= FIRST * (refined + 1) and budget.allows():
-            budget.say(f'window {refined + 1}, on {finer[1]} x {finer[0]} nodes')
-            _add(store, refined, finer, 1.0)
+        compared = {}
+        for columns in COLUMNS:
+            for solver in ('symplectic', 'seed'):
+                grid = trials.with_grid(columns)['grid.rows'], columns
+                compared |= rows(number, grid, solver=solver)
+        yield Batch(f'window {number + 1}, on {finest[1]} x {finest[0]} nodes',
+                    compared | rows(number, finest, 0.5), number < FIRST)
+        if number + 1 >= FIRST * (refined + 1):
+            yield Batch(f'window {refined + 1}, on {finer[1]} x {finer[0]} nodes',
+                        rows(refined, finer))
             refined += 1
 
 
-def _compare(store, number):
-    scene.trials(store.folder).reference.window(number)
-    for columns in COLUMNS:
-        for solver in ('symplectic', 'seed'):
-            _add(store, number, (scene.with_grid(columns)['grid.rows'], columns), 1.0, solver)
-    _add(store, number, scene.FINEST, 0.5)
-
-
-def _add(store, number, grid, step, solver='symplectic'):
-    """Add the distance from the reference of a run on a grid with a part of its step."""
-    key = f'{number}@{grid[1]}@{step}@{solver}'
-    if store.has(NAME, key):
-        return
-    own = scene.trials(store.folder)
+def _row(store, number, grid, step, solver):
+    """Return the distance from the reference of a run on a grid with a part of its step."""
+    own = trials.base_trials(store.folder)
     reference, window = own.reference, own.reference.window(number)
     safety = step * reference.settings['step_safety']
     settings = reference.grid(*grid, step_safety=safety, solver=solver)
@@ -74,35 +75,24 @@ def _add(store, number, grid, step, solver='symplectic'):
         cloth.place(resample(window.positions, *grid), resample(window.velocities, *grid))
     else:
         cloth = reference.start(window, settings)
-    row = {'key': key, 'window': number, 'time_s': window.frame * reference.shot.dt,
-           'solver': solver, 'columns': grid[1], 'step': step,
-           'moved_mm': 1e3 * error.rms(error.distances(window.ends[0], window.positions)),
-           'rms_mm': None, 'worst_mm': None, 'rms_px': None}
+    row = {'window': number, 'time_s': window.frame * reference.shot.dt, 'solver': solver,
+           'columns': grid[1], 'step': step,
+           'moved_mm': 1e3 * summary.rms(errors.distances(window.ends[0], window.positions))}
     try:
         reference.shot.play(cloth, window.frame, window.frame + 1)
     except Diverged:
-        store.add(NAME, row)
-        return
+        return row | dict.fromkeys(MEASURES)
     positions = cloth.positions[::2, ::2] if is_finer else reference.filled(cloth.positions)
-    metres = error.distances(positions, window.ends[0])
-    pixels = error.pixel_distances(positions, window.ends[0], own.camera)
-    row.update(rms_mm=1e3 * error.rms(metres), worst_mm=1e3 * float(metres.max()),
-               rms_px=error.rms(pixels))
-    store.add(NAME, row)
-
-
-def _order(rows):
-    """Return in words how fast the error falls with the spacing."""
-    coarse, fine = (error.rms([row['rms_mm'] for row in _of(rows, columns)])
-                    for columns in COLUMNS[-2:])
-    return (f'Half the spacing, from {COLUMNS[-2]} to {COLUMNS[-1]} columns, divides the error by '
-            f'{coarse / fine:.2g}: the folds in\nthe free end are sharp, and a coarse sheet '
-            'cannot have the shape of a folded one.\n')
+    return row | errors.measured(MEASURES, positions, window.ends[0], own.camera)
 
 
 def _of(rows, columns, step=1.0, solver='symplectic'):
     return [row for row in rows if (row['columns'], row['step'], row['solver'])
             == (columns, step, solver)]
+
+
+def _total(rows, column, *which):
+    return summary.total(_of(rows, *which), column)
 
 
 def own_error(rows, column='rms_px'):
@@ -113,31 +103,28 @@ def own_error(rows, column='rms_px'):
     the next coarser grid, which is more.
     """
     finest, finer = grids()
-    grid = _of(rows, finer[1]) or _of(rows, COLUMNS[-1])
-    step = _of(rows, finest[1], 0.5)
-    return error.rms([row[column] for row in grid]) + error.rms([row[column] for row in step])
+    grid = finer[1] if _of(rows, finer[1]) else COLUMNS[-1]
+    return _total(rows, column, grid) + _total(rows, column, finest[1], 0.5)
 
 
-def section(rows):
+def text(rows: list[dict]) -> str:
     """Return what the references are, and how exact."""
     finest, finer = grids()
     count = len(_of(rows, finest[1], 0.5))
-    finer_by = (finest[1] - 1) // (scene.BASE['grid.columns'] - 1)
-    table = []
-    for columns, step, what in (
-            *((columns, 1.0, f'grid {columns} x {scene.with_grid(columns)["grid.rows"]}')
-              for columns in COLUMNS),
-            (finer[1], 1.0, f'grid {finer[1]} x {finer[0]}: the refined grid'),
-            (finest[1], 0.5, 'the reference in half the step')):
-        some = _of(rows, columns, step)
-        if some:
-            table.append([what, len(some), *(error.rms([row[name] for row in some])
-                                             for name in ('rms_mm', 'worst_mm', 'rms_px'))])
+    finer_by = (finest[1] - 1) // (trials.BASE['grid.columns'] - 1)
+    lines = [[what, len(_of(rows, *which)), *(_total(rows, name, *which) for name in MEASURES)]
+             for *which, what in (
+                 *((columns, f'grid {columns} x {trials.with_grid(columns)["grid.rows"]}')
+                   for columns in COLUMNS),
+                 (finer[1], f'grid {finer[1]} x {finer[0]}: the refined grid'),
+                 (finest[1], 0.5, 'the reference in half the step')) if _of(rows, *which)]
     own_mm, own_px = (own_error(rows, name) for name in ('rms_mm', 'rms_px'))
-    moved = error.rms([row['moved_mm'] for row in rows])
+    moved = summary.rms([row['moved_mm'] for row in rows])
+    coarse, fine = (_total(rows, 'rms_mm', columns) for columns in COLUMNS[-2:])
     how = ('measured on the refined grid' if _of(rows, finer[1]) else
            'taken as the distance of the next coarser grid, which is more than it is: the time '
            'did not suffice for the refined grid')
+    head = ['compared with the reference', 'windows', *(one.title for one in MEASURES.values())]
     return f"""## How errors are measured, and how exact the reference is
 
 Every run is compared with the same sheet on {finest[1]} x {finest[0]} nodes, {finer_by} times as
@@ -148,26 +135,28 @@ default camera between where a point of the cloth is drawn and where the referen
 all {finest[0] * finest[1]} nodes of the reference that are in the picture; grids between are
 filled by their triangles. 'Worst' is the worst node.
 
-{report.table(['compared with the reference', 'windows', 'RMS mm', 'worst mm', 'RMS px'], table)}
+{table(head, lines)}
 
 The reference's own error is {own_mm:.2g} mm or **{own_px:.2g} px** (step and grid; the grid's
 part is {how}). It ranks errors that are ten times as large: from **{TENTH * own_px:.2g} px**
 up. Smaller errors in this report are true to about {own_px:.2g} px and stand there without
 a rank: two of them that differ by less than twice that may be in either order.
-{_order(rows)}"""
+Half the spacing, from {COLUMNS[-2]} to {COLUMNS[-1]} columns, divides the error by
+{coarse / fine:.2g}: the folds in the free end are sharp, and a coarse sheet cannot have the shape
+of a folded one."""
 
 
 def plots(rows, folder):
     """Draw the error over the spacing of the nodes."""
-    grids = {columns: error.rms([row['rms_mm'] for row in _of(rows, columns)])
-             for columns in COLUMNS if _of(rows, columns)}
-    spacing = 1e3 * hang_of(scene.BASE)[1] / (np.array(list(grids)) - 1)
+    grids_run = [columns for columns in COLUMNS if _of(rows, columns)]
+    spacing = 1e3 * hang_of(trials.BASE)[1] / (np.array(grids_run) - 1)
     with drawing.figure(folder / 'convergence.png') as (_, axes):
-        axes.loglog(spacing, list(grids.values()), 'o-', label='symplectic')
-        seed = [summary.total(_of(rows, columns, solver='seed'), 'rms_mm') for columns in grids]
-        axes.loglog(spacing, seed, label='seed', **drawing.style('seed'))
+        for solver, style in (('symplectic', {'marker': 'o'}), ('seed', drawing.style('seed'))):
+            axes.loglog(spacing, [_total(rows, 'rms_mm', columns, 1.0, solver)
+                                  for columns in grids_run], label=solver, **style)
+        finest = _total(rows, 'rms_mm', max(grids_run))
         for order, style in ((1, ':'), (2, '-.')):
-            axes.loglog(spacing, grids[max(grids)] * (spacing / spacing.min())**order, style,
+            axes.loglog(spacing, finest * (spacing / spacing.min())**order, style,
                         color='0.6', label=f'order {order}')
         axes.axhline(own_error(rows, 'rms_mm'), color='0.4', ls='--',
                      label="the reference's own error")

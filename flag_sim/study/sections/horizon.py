@@ -12,17 +12,19 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Part: the horizon, where trajectories part and only statistics are left to compare."""
+"""The horizon, where trajectories part and only statistics are left to compare."""
+import functools
 import math
 
-from flag_sim.cloth import Diverged
-from flag_sim.study import error, plots as drawing, report, scene, summary
-from flag_sim.study.reference import WINDOW
-from flag_sim.study.settings import changed
+from flag_sim.study import plots as drawing
+from flag_sim.study.measures import errors, summary, trials
+from flag_sim.study.measures.reference import WINDOW
+from flag_sim.study.measures.settings import changed
+from flag_sim.study.report import table
+from flag_sim.study.runner import Batch
 import numpy as np
 
-NAME = 'horizon'
-SHARE = 1.0
+PLACE, NAME, SHARE = 3, 'horizon', 1.0
 FRAMES = 45
 ROUNDING = 1e-9
 """Disturbance of the start [m]: a millionth of what can be seen, far above rounding errors."""
@@ -37,60 +39,41 @@ CURVES = {
 }
 
 
-def run(store, budget):
+def batches(store):
     """Let pairs of runs go on from the same state and part."""
-    own = scene.trials(store.folder)
-    for number in scene.windows(store):
-        if number and not budget.allows():
-            return
-        if store.has(NAME, f'{number}@{FRAMES}'):
-            continue
-        budget.say(f'window {number + 1}')
-        window = own.reference.window(number)
-        columns = _distances(own.reference, window, own.reference.window(0), number)
-        for frame in range(1, FRAMES + 1):
-            if not store.has(NAME, f'{number}@{frame}'):
-                store.add(NAME, {'key': f'{number}@{frame}', 'window': number, 'frame': frame,
-                                 'time_s': frame * own.reference.shot.dt,
-                                 **{name: values[frame - 1] for name, values in columns.items()}})
+    for number in trials.windows(store.folder):
+        frames = functools.cache(functools.partial(_rows, store, number))
+        yield Batch(f'window {number + 1}', {
+            f'{number}@{frame}': lambda frame=frame, frames=frames: frames()[frame - 1]
+            for frame in range(1, FRAMES + 1)}, number == 0)
 
 
-def _distances(reference, window, first, number):
-    """Return {column: RMS distances [mm] from the default run, frame by frame}."""
-    base = _play(reference, window, scene.BASE)
-    source = np.random.default_rng(number)
-    moved = _play(reference, window, scene.BASE,
-                  ROUNDING * source.standard_normal(base[0].shape))
+def _rows(store, number):
+    """Return the RMS distances [mm] from the default run, a row for each frame."""
+    reference = trials.base_trials(store.folder).reference
+    window = reference.window(number)
+    base = _play(reference, window, trials.BASE)
+    noise = ROUNDING * np.random.default_rng(number).standard_normal(base[0].shape)
     runs = {
-        'rounding_mm': moved,
-        'step_mm': _play(reference, window, changed(scene.BASE, {'step_safety': 0.45})),
-        **{f'{name}_mm': _play(reference, window, changed(scene.BASE, {'solver': name}))
+        'rounding_mm': _play(reference, window, trials.BASE, noise),
+        'step_mm': _play(reference, window, changed(trials.BASE, {'step_safety': 0.45})),
+        **{f'{name}_mm': _play(reference, window, changed(trials.BASE, {'solver': name}))
            for name in ('rk4', 'xpbd', 'seed')},
-        'grid_mm': [ends[::2, ::2] for ends in _play(reference, window, scene.finer())],
+        'grid_mm': [ends[::2, ::2] for ends in _play(reference, window, trials.finer())],
+        'unrelated_mm': _play(reference, reference.window(0), trials.BASE) if number else [],
     }
-    found = {name: _apart(run, base) for name, run in runs.items()}
-    found['unrelated_mm'] = [None] * FRAMES if number == 0 else _apart(
-        _play(reference, first, scene.BASE), base)
-    return found
-
-
-def _apart(run, base):
-    """Return the RMS distances [mm] of two runs, None from where one of them has ended."""
-    known = [1e3 * error.rms(error.distances(a, b)) for a, b in zip(run, base)]
-    return known + [None] * (FRAMES - len(known))
+    return [{'window': number, 'frame': frame, 'time_s': frame * reference.shot.dt,
+             **{name: None if min(len(run), len(base)) < frame else
+                1e3 * summary.rms(errors.distances(run[frame - 1], base[frame - 1]))
+                for name, run in runs.items()}} for frame in range(1, FRAMES + 1)]
 
 
 def _play(reference, window, settings, disturbance=0.0):
+    """Return the positions after each frame, fewer than FRAMES if the run diverged."""
     cloth = reference.start(window, settings)
     cloth.place(cloth.positions + disturbance, cloth.velocities)
-    ends = []
-    for frame in range(window.frame + 1, window.frame + FRAMES + 1):
-        try:
-            cloth.advance(reference.shot.dt, reference.shot.wind(frame))
-        except Diverged:
-            break
-        ends.append(cloth.positions)
-    return ends
+    return [cloth.positions for _ in reference.shot.timed(
+        cloth, window.frame, window.frame + FRAMES)]
 
 
 def curves(rows):
@@ -114,16 +97,14 @@ def growth(times, values, limit):
     return float(np.polyfit(*zip(*some), 1)[0]) if len(some) > 2 else None
 
 
-def section(rows):
+def text(rows: list[dict]) -> str:
     """Return when trajectories part, and so which measure counts when."""
     found = curves(rows)
     apart = found.get('unrelated_mm')
     full = float(np.median(apart[1])) if apart else None
-    table = []
-    for name, (times, values) in found.items():
-        if name != 'unrelated_mm':
-            table.append([CURVES[name], values[0], values[min(2, len(values) - 1)], values[-1],
-                          _reaches(times, values, full)])
+    lines = [[CURVES[name], values[0], values[min(2, len(values) - 1)], values[-1],
+              _reaches(times, values, full)]
+             for name, (times, values) in found.items() if name != 'unrelated_mm']
     rate = growth(*found['rounding_mm'], 1.0)
     double = '' if not rate or rate <= 0.0 else (
         f' A disturbance grows {math.exp(rate * 0.1):.2g} times in 0.1 s ({rate:.2g}/s): it '
@@ -131,6 +112,8 @@ def section(rows):
     saturated = '' if full is None else (
         f' Two states of the flag that have nothing to do with each other are {full:.0f} mm '
         'apart (RMS).')
+    head = ['run', '33 ms: mm', '100 ms: mm', f'{FRAMES / 30:.2g} s: mm',
+            'a tenth of unrelated after']
     return f"""## The horizon
 
 The flag's motion is chaotic.{double}{saturated} So how far two runs are apart tells of their
@@ -138,8 +121,7 @@ methods at first only; later it tells nothing, and they are both right if their 
 RMS distance from the default run on the default grid, from the same states of the reference,
 over {len(summary.grouped(rows, 'window'))} windows:
 
-{report.table(['run', '33 ms: mm', '100 ms: mm', f'{FRAMES / 30:.2g} s: mm',
-               'a tenth of unrelated after'], table)}
+{table(head, lines)}
 
 Which measure applies when: **within {1e3 * WINDOW:.0f} ms** errors of trajectories, in mm and
 px, as everywhere in this report where nothing else is said; **beyond the time in the last
@@ -159,11 +141,11 @@ def _reaches(times, values, full):
 
 def plots(rows, folder):
     """Draw how distances grow."""
+    styles = {'seed_mm': {'color': 'black', 'ls': '--'},
+              'unrelated_mm': {'color': '0.6', 'ls': ':'}}
     with drawing.figure(folder / 'horizon.png') as (_, axes):
         for name, (times, values) in curves(rows).items():
-            style = {'color': 'black', 'ls': '--'} if name == 'seed_mm' else (
-                {'color': '0.6', 'ls': ':'} if name == 'unrelated_mm' else {})
-            axes.semilogy(times, values, label=CURVES[name], **style)
+            axes.semilogy(times, values, label=CURVES[name], **styles.get(name, {}))
         axes.axvline(WINDOW, color='0.8', lw=6, zorder=0)
         axes.set(xlabel='time since the runs were in the same state [s]',
                  ylabel='RMS distance from the default run [mm]')

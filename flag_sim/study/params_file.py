@@ -14,16 +14,17 @@
 
 """Params files of the nodes: read for what a study depends on, and written."""
 import os
+from pathlib import Path
 import tempfile
 
 from flag_sim import checks
-from flag_sim.study.settings import changed, DEFAULTS, defaults
+from flag_sim.study.measures.settings import changed, DEFAULTS, defaults, Settings
 
+# Parameters that have another name in settings, because two nodes have one of their name.
 OWN = {('renderer', 'threads'): 'drawing.threads'}
-"""Dials that have another name in settings, because two nodes have one of their name."""
 
 
-def read(path):
+def read(path: Path) -> tuple[Settings, list[str]]:
     """
     Return the settings that a params file gives the nodes, and the names that it does not know.
 
@@ -43,30 +44,14 @@ def read(path):
         if not isinstance(block, dict) or not isinstance(block.get('ros__parameters'), dict):
             raise ValueError(f'{path} is not a params file: {place} has no ros__parameters')
         node = str(place).rpartition('/')[2]
+        known = DEFAULTS.values() if node == '**' else [DEFAULTS.get(node, {})]
         for name, value in _flat(block['ros__parameters']):
             name = OWN.get((node, name), name)
-            nodes = DEFAULTS if node == '**' else {node: DEFAULTS.get(node, {})}
-            if any(name in dials for dials in nodes.values()):
+            if any(name in names for names in known):
                 changes[name] = value
             else:
                 others.append(f'{node}.{name}')
     return changed(defaults(), changes), others
-
-
-def blocks(settings, chosen):
-    """Return {node: {dial: value}} of the chosen dials, and of what else is not the default."""
-    names = {own: name for (_, name), own in OWN.items()}
-    return {node: {names.get(dial, dial): _typed(settings[dial], default)
-                   for dial, default in dials.items()
-                   if dial in chosen or settings[dial] != default}
-            for node, dials in DEFAULTS.items()}
-
-
-def _typed(value, default):
-    """Return a value as its dial's type: people write 6 for 6.0."""
-    if isinstance(default, tuple):
-        return [_typed(*pair) for pair in zip(value, default)]
-    return type(default)(value)
 
 
 def _flat(block, prefix=''):
@@ -78,31 +63,46 @@ def _flat(block, prefix=''):
             yield prefix + str(name), value
 
 
-def check_new(path):
+def blocks(settings: Settings, chosen: Settings) -> dict[str, Settings]:
+    """Return {node: {parameter: value}} of the chosen ones, and of others than the default."""
+    names = {own: name for (_, name), own in OWN.items()}
+    return {node: {names.get(name, name): _typed(settings[name], default)
+                   for name, default in defaults_of_node.items()
+                   if name in chosen or settings[name] != default}
+            for node, defaults_of_node in DEFAULTS.items()}
+
+
+def _typed(value, default):
+    """Return a value as its parameter's type: people write 6 for 6.0."""
+    if isinstance(default, tuple):
+        return [_typed(*pair) for pair in zip(value, default)]
+    return type(default)(value)
+
+
+def check_new(path: Path) -> Path:
     """Return `path`; raise ValueError unless a new file can be written there."""
     path = checks.path('output', path)
     folder = path.resolve().parent
-    if path.exists():
-        raise ValueError(f'output {path} exists; it is not overwritten')
-    if not folder.is_dir():
-        raise ValueError(f'output: there is no folder {folder}')
-    if not os.access(folder, os.W_OK):
-        raise ValueError(f'output: the folder {folder} cannot be written')
+    for is_wrong, words in ((path.exists(), f' {path} exists; it is not overwritten'),
+                            (not folder.is_dir(), f': there is no folder {folder}'),
+                            (not os.access(folder, os.W_OK),
+                             f': the folder {folder} cannot be written')):
+        if is_wrong:
+            raise ValueError(f'output{words}')
     return path
 
 
-def write(path, comment, blocks):
+def write(path: Path, comment: list[str], blocks: dict[str, Settings]) -> None:
     """
-    Write {node: {name: value}} as a params file with a comment, whole or not at all.
+    Write {node: {parameter: value}} as a params file with lines of comment, whole or not at all.
 
-    comment: lines. Raises FileExistsError if the file exists.
+    Raises FileExistsError if the file exists.
     """
     lines = [f'# {line}'.rstrip() for line in comment]
     for node, values in blocks.items():
-        if not values:
-            continue
-        lines += [f'/**/{node}:', '  ros__parameters:']  # in any namespace
-        lines += [f'    {name}: {_text(value)}' for name, value in values.items()]
+        if values:
+            lines += [f'/**/{node}:', '  ros__parameters:']  # in any namespace
+            lines += [f'    {name}: {_text(value)}' for name, value in values.items()]
     handle, beside = tempfile.mkstemp(dir=path.parent, prefix=f'.{path.name}-')
     try:
         with os.fdopen(handle, 'w') as file:

@@ -15,19 +15,24 @@
 """From the rows of many windows to one line: errors by their mean square, times by the median."""
 import math
 
-from flag_sim.study import error
 import numpy as np
 
-WORTH = 0.1
-"""Part of an error that makes a difference."""
+Rows = list[dict]
+"""Rows of measurements {column: value}, None where a run diverged."""
+
+WORTH = 0.1  # part of an error that makes a difference
 SURE = 2.0
 """Standard deviations by which two costs must differ to count as two: 1 of 20 pairs errs."""
 
-QUARTILE = 0.6745
-"""Of the standard normal distribution: half of all values are nearer to zero."""
+QUARTILE = 0.6745  # of the standard normal distribution: half of all values are nearer to zero
 
 
-def grouped(rows, *columns):
+def rms(values: np.ndarray) -> float:
+    """Return the root mean square of an array."""
+    return math.sqrt(float(np.mean(np.square(values))))
+
+
+def grouped(rows: Rows, *columns: str) -> dict:
     """Return {value or tuple of values of some columns: rows}, in the order of the rows."""
     groups = {}
     for row in rows:
@@ -36,37 +41,37 @@ def grouped(rows, *columns):
     return groups
 
 
-def total(rows, column):
+def total(rows: Rows, column: str) -> float:
     """Return the root of the mean square of a column; inf where a run diverged."""
     values = [row[column] for row in rows]
-    return math.inf if None in values else error.rms(values)
+    return math.inf if None in values else rms(values)
 
 
-def worst(rows, column):
+def worst(rows: Rows, column: str) -> float:
     """Return the greatest value of a column; inf where a run diverged."""
     return max(math.inf if row[column] is None else row[column] for row in rows)
 
 
-def mean(rows, column):
+def mean(rows: Rows, column: str) -> float | None:
     """Return the mean of a column over the runs that did not diverge; None if all did."""
     values = [row[column] for row in rows if row[column] is not None]
     return sum(values) / len(values) if values else None
 
 
-def quartiles(rows, *columns):
+def quartiles(rows: Rows, *columns: str) -> tuple | None:
     """Return (lower quartile, median, upper quartile) of the sum of some columns, None if none."""
     values = [sum(row[column] for column in columns) for row in rows
               if None not in [row[column] for column in columns]]
     return tuple(float(q) for q in np.percentile(values, (25, 50, 75))) if values else None
 
 
-def milliseconds(rows, *columns):
+def milliseconds(rows: Rows, *columns: str) -> str:
     """Return a median and its spread in words: '1.2 (1.1 to 1.4)'."""
     found = quartiles(rows, *columns)
     return '–' if found is None else f'{found[1]:.3g} ({found[0]:.3g} to {found[2]:.3g})'
 
 
-def whole(rows, *columns):
+def whole(rows: Rows, *columns: str) -> Rows:
     """
     Return the rows of the turns in which every setting was run, as the table was left.
 
@@ -79,7 +84,7 @@ def whole(rows, *columns):
     return [row for row in rows if row['turn'] in full] if full else rows
 
 
-def leveled(rows, *columns):
+def leveled(rows: Rows, *columns: str) -> Rows:
     """
     Return rows whose times are cleared of what is common to all settings in a turn.
 
@@ -95,7 +100,7 @@ def leveled(rows, *columns):
                        for column in columns}} for row in rows]
 
 
-def resolution(rows, *columns):
+def resolution(rows: Rows, *columns: str) -> float:
     """
     Return the part of a cost by which the medians of two settings must differ to be told apart.
 
@@ -121,7 +126,7 @@ def _logs(rows, *columns):
     return np.log(np.array(found).reshape(len(found), -1 if found else 0))
 
 
-def frontier(points, same):
+def frontier(points: list[tuple[float, float]], same: float) -> list[int]:
     """
     Return the indices of points (cost, error) that no other beats in both, by their cost.
 

@@ -13,56 +13,55 @@
 # limitations under the License.
 
 """How much longer than the bound of theory each method's longest stable step truly is."""
+import functools
 import math
 
 from flag_sim.cloth import Material
 from flag_sim.cloth.forces import Forcing
 from flag_sim.cloth.material import VACUUM
 from flag_sim.cloth.solvers import SOLVERS
-from flag_sim.study import breaking, report
+from flag_sim.study.measures import stability_trial as trial
+from flag_sim.study.report import table
+from flag_sim.study.runner import Batch
 
-NAME = 'limits'
-SHARE = 0.2
+PLACE, NAME, SHARE = 8, 'limits', 0.2
 
-PRECISION = 1.005
-"""Of a measured limit, as a factor."""
-GROWN = 30.0
-"""Times its first noise that a wave must grow by, where nothing else moves the cloth."""
+PRECISION = 1.005  # of a measured limit, as a factor
+GROWN = 30.0  # times its first noise that a wave must grow by, where nothing else moves the cloth
 
-STILL = Forcing((0.0, 0.0, 0.0), 0.0, VACUUM)
-"""Nothing acts from outside: the springs alone."""
+STILL = Forcing((0.0, 0.0, 0.0), 0.0, VACUUM)  # nothing acts from outside: the springs alone
 FORCINGS = {
     'springs alone, first growth': STILL,
     'springs alone': STILL,
-    'wind 6 m/s': Forcing(breaking.blowing(6.0)),
-    'wind 40 m/s': Forcing(breaking.blowing(40.0)),
+    'wind 6 m/s': Forcing(trial.blowing(6.0)),
+    'wind 40 m/s': Forcing(trial.blowing(40.0)),
 }
 MATERIALS = {
-    'undamped': breaking.sheet(Material.stiffness, damping=0.0),
-    'default': breaking.sheet(Material.stiffness),
-    'critically damped': breaking.sheet(Material.stiffness, damping=1.0),
-    'overdamped': breaking.sheet(Material.stiffness, damping=100.0),
+    'undamped': trial.sheet(Material.stiffness, damping=0.0),
+    'default': trial.sheet(Material.stiffness),
+    'critically damped': trial.sheet(Material.stiffness, damping=1.0),
+    'overdamped': trial.sheet(Material.stiffness, damping=100.0),
 }
 
 
-def run(store, budget):
+def batches(store):
     """Measure the limits of every method, material and forcing."""
-    mesh = breaking.small_mesh()
+    del store
     for material in MATERIALS:
         for solver in SOLVERS:
             for forcing in FORCINGS:
-                key = f'{material}/{solver}/{forcing}'
-                if store.has(NAME, key):
-                    continue
-                if not budget.allows():
-                    return
-                bound, limit = measured(solver, MATERIALS[material], forcing, mesh)
-                store.add(NAME, {'key': key, 'material': material, 'solver': solver,
-                                 'forcing': forcing, 'bound_s': bound, 'limit_s': limit})
-            budget.say(f'limit of {solver}, {material}')
+                yield Batch(f'limit of {solver}, {material}', {
+                    f'{material}/{solver}/{forcing}': functools.partial(
+                        _row, material, solver, forcing)})
 
 
-def measured(solver, material, name, mesh):
+def _row(material, solver, forcing):
+    bound, limit = measured(solver, MATERIALS[material], forcing)
+    return {'material': material, 'solver': solver, 'forcing': forcing, 'bound_s': bound,
+            'limit_s': limit}
+
+
+def measured(solver, material, name):
     """
     Return the bound and the longest step found stable [s], under a forcing of FORCINGS.
 
@@ -70,12 +69,12 @@ def measured(solver, material, name, mesh):
     thousand times it does not (where there is no bound: a hundred seconds).
     """
     forcing = FORCINGS[name]
-    far = GROWN * breaking.NOISE * mesh.dx if 'growth' in name else None
-    bound = breaking.largest_step(solver, material, mesh, forcing.air)
+    far = GROWN * trial.NOISE * trial.MESH.dx if 'growth' in name else None
+    bound = trial.largest_step(solver, material, forcing.air)
     low, high = (1e-3 * bound, 1e3 * bound) if math.isfinite(bound) else (1e-6, 100.0)
 
     def stable(dt):
-        return breaking.raw(solver, material, forcing, dt, mesh, far) == breaking.STABLE
+        return trial.raw(solver, material, forcing, dt, far) == trial.STABLE
 
     if not stable(low):
         return bound, 0.0
@@ -87,13 +86,7 @@ def measured(solver, material, name, mesh):
     return bound, low
 
 
-def plots(rows, folder):
-    """Draw nothing: the table says it all."""
-    del rows, folder
-    return []
-
-
-def section(rows):
+def text(rows: list[dict]) -> str:
     """Return the text with the table of limits over bounds."""
     by_key = {row['key']: row for row in rows}
     lines = []
@@ -102,8 +95,8 @@ def section(rows):
             found = [by_key.get(f'{material}/{solver}/{forcing}') for solver in SOLVERS]
             if any(found):
                 lines.append([material, forcing, *(_ratio(row) for row in found)])
-    return TEXT + '\n\n' + report.table(['material', 'forcing', *SOLVERS], lines,
-                                        'll' + 'r' * len(SOLVERS))
+    return TEXT + '\n\n' + table(['material', 'forcing', *SOLVERS], lines,
+                                 'll' + 'r' * len(SOLVERS))
 
 
 def _ratio(row):
@@ -119,7 +112,7 @@ TEXT = f"""## The measured limit over the bound
 
 The longest stable step of the same trials, found by bisection to {100 * (PRECISION - 1):.1f} %,
 over the bound that the planner uses: never below 1 where the bound is a promise. "First growth":
-a noise of {breaking.NOISE:g} cells grows {GROWN:g} times. "None": no step diverges; "always":
+a noise of {trial.NOISE:g} cells grows {GROWN:g} times. "None": no step diverges; "always":
 every one does.
 
 Undamped springs alone show what the bound gives away to the mesh: it counts the waves of an

@@ -13,29 +13,28 @@
 # limitations under the License.
 
 """How wrong a motion or a picture is: in metres, in pixels of a camera, and as people see it."""
+from collections.abc import Callable
 import math
+from typing import NamedTuple
 
+from flag_sim.drawing import Camera
+from flag_sim.study.measures import summary
 import numpy as np
+
+Array = np.ndarray
 
 LUMA = np.array([0.299, 0.587, 0.114])
 """Shares of red, green and blue in what the eye sees as brightness (ITU-R BT.601)."""
-SIGMA, REACH = 1.5, 5
-"""Of SSIM's Gaussian window [pixel]: 11 x 11."""
-C1, C2 = (0.01 * 255.0)**2, (0.03 * 255.0)**2
-"""SSIM's constants against division by zero."""
+SIGMA, REACH = 1.5, 5  # of SSIM's Gaussian window [pixel]: 11 x 11
+C1, C2 = (0.01 * 255.0)**2, (0.03 * 255.0)**2  # SSIM's constants against division by zero
 
 
-def rms(distances):
-    """Return the root mean square of an array."""
-    return math.sqrt(float(np.mean(np.square(distances))))
-
-
-def distances(positions, reference):
+def distances(positions: Array, reference: Array) -> Array:
     """Return the distances [m] of vertices (rows, columns, 3) [m]: (rows, columns)."""
     return np.linalg.norm(positions - reference, axis=-1)
 
 
-def on_screen(positions, camera):
+def on_screen(positions: Array, camera: Camera) -> tuple[Array, Array]:
     """Return (u, v) [pixel] of positions (..., 3) [m], and whether they are in the picture."""
     x, y, z = np.moveaxis(positions @ camera.pose[:3, :3].T + camera.pose[:3, 3], -1, 0)
     # What is nearer than the near plane is not drawn; on it, it is at least far from its place.
@@ -49,7 +48,7 @@ def on_screen(positions, camera):
     return np.stack([u, v], axis=-1), inside
 
 
-def pixel_distances(positions, reference, camera):
+def pixel_distances(positions: Array, reference: Array, camera: Camera) -> Array:
     """
     Return how far apart [pixel] vertices (rows, columns, 3) [m] are in the picture: flat.
 
@@ -62,13 +61,13 @@ def pixel_distances(positions, reference, camera):
     return np.linalg.norm(at - right, axis=-1)[seen]
 
 
-def psnr(picture, reference):
+def psnr(picture: Array, reference: Array) -> float:
     """Return the peak signal-to-noise ratio [dB] of (height, width, 3) uint8, inf if equal."""
     mean_square = np.mean((picture.astype(np.float64) - reference)**2)
     return 10.0 * math.log10(255.0**2 / mean_square) if mean_square > 0.0 else math.inf
 
 
-def ssim(picture, reference):
+def ssim(picture: Array, reference: Array) -> float:
     """
     Return the structural similarity of two pictures (height, width, 3) uint8: 1 if equal.
 
@@ -94,7 +93,7 @@ def _blur(image):
     return image
 
 
-def resized(picture, height, width):
+def resized(picture: Array, height: int, width: int) -> Array:
     """
     Return a picture (h, w, 3) uint8 as one shows it at another size: (height, width, 3) uint8.
 
@@ -115,3 +114,40 @@ def resized(picture, height, width):
             part = (at - low).reshape((-1, 1, 1) if axis == 0 else (1, -1, 1))
             image = (1.0 - part) * image.take(low, axis) + part * image.take(high, axis)
     return np.rint(image).astype(np.uint8)
+
+
+MOST_DB = 99.0  # of pictures that are equal, whose PSNR is infinite
+
+
+class Measure(NamedTuple):
+    """A number that says how wrong a run is in a window: a column of the rows and of tables."""
+
+    title: str              # of its column in a table, with the unit
+    of: Callable            # (the run's, the reference's, ...) -> the number
+    over_windows: Callable  # (rows, column) -> one number for all of them
+
+
+def _millimetres(total):
+    return lambda end, right, camera: 1e3 * float(total(distances(end, right)))
+
+
+def _pixels(total):
+    return lambda end, right, camera: float(total(pixel_distances(end, right, camera)))
+
+
+MOTION = {'rms_mm': Measure('RMS mm', _millimetres(summary.rms), summary.total),
+          'worst_mm': Measure('worst mm', _millimetres(np.max), summary.worst),
+          'rms_px': Measure('RMS px', _pixels(summary.rms), summary.total),
+          'worst_px': Measure('worst px', _pixels(np.max), summary.worst)}
+"""{column: Measure} of positions (rows, columns, 3) [m], in a camera's picture."""
+PICTURE = {'psnr_db': Measure('PSNR dB', lambda *pair: min(psnr(*pair), MOST_DB),
+                              summary.mean),
+           'ssim': Measure('SSIM', ssim, summary.mean)}
+"""{column: Measure} of images (height, width, 3) uint8."""
+MEASURES = {**MOTION, **PICTURE, **{f'drawing_{name}': own for name, own in PICTURE.items()}}
+COST = ('physics_ms', 'drawing_ms')  # columns of what a frame takes
+
+
+def measured(measures: dict[str, Measure], *arguments) -> dict[str, float]:
+    """Return {column: number} of some measures."""
+    return {column: one.of(*arguments) for column, one in measures.items()}

@@ -12,14 +12,15 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What commands take."""
+"""Types of what commands take, for argparse."""
 import argparse
 import math
+from pathlib import Path
 
 from flag_sim import checks
 
 
-def positive(text):
+def positive(text: str) -> float:
     """Return an argument as a number; raises ArgumentTypeError unless it is above zero."""
     try:
         number = float(text)
@@ -30,7 +31,7 @@ def positive(text):
     return number
 
 
-def given_path(text):
+def given_path(text: str) -> Path:
     """Return an argument as a Path, `~` read as a shell does; raises ArgumentTypeError."""
     try:
         return checks.path('path', text)

@@ -13,22 +13,85 @@
 # limitations under the License.
 
 """The terms of the model and of the light, and what it is to switch each of them off."""
-from typing import Callable, NamedTuple
+from collections.abc import Callable
+import dataclasses
+from typing import NamedTuple
 
+from flag_sim.cloth import Cloth, Material
+from flag_sim.cloth.forces import set_forces, Work
+from flag_sim.cloth.model import Model
+from flag_sim.cloth.solvers.symplectic import Symplectic
 from flag_sim.dials.settings import hang_of
-from flag_sim.study.reference import on_grid
-from flag_sim.study.settings import changed, defaults
-from flag_sim.study.true_wind import TrueWindCloth
+from flag_sim.study.measures.reference import on_grid
+from flag_sim.study.measures.settings import changed, defaults, Settings
+
+
+class TrueWind(Symplectic):
+    """
+    Symplectic steps (1.7 to 1.11) in the true wind, that is on the faces as if they stood still.
+
+    Only the ablation asks for it: no parameter does. The apparent wind of all other solvers is the
+    true wind less the cloth's own velocity. The wind's force depends on the positions alone here,
+    like that of a spring. So it is taken as it is at a step's start, without the drag's implicit
+    part, and added to a step in still air.
+    """
+
+    def __init__(self, model):
+        super().__init__(model)
+        limp = Material(model.material.area_density, 0.0, 0.0, 0.0, 0.0)
+        self._limp = Model(model.mesh, limp)
+        self._still = tuple(model.mesh.fields(3))
+        self._wind = Work.of(model.mesh)
+
+    def advance(self, state, spare, forcing, dt, count, crew=None):
+        """Take count steps of dt [s] from state; return the one of the two with the result."""
+        air = dataclasses.replace(forcing.air, density=0.0)
+        number = self.model.mesh.number
+        kept = number(dt / (1.0 + dt * self.model.material.node_damping))
+        for _ in range(count):
+            force = self.force(state, forcing)
+            state, spare = super().advance(state, spare, forcing._replace(air=air), dt, 1), state
+            for x, v, f in zip(state.position, state.velocity, force):
+                gained = kept * f * self.model.inverse_mass
+                v += gained
+                x += number(dt) * gained
+        return state
+
+    def force(self, state, forcing):
+        """Return the wind's force on every node, x, y and z, flat [N]: that of a limp sheet."""
+        limp, number = self._limp, self.model.mesh.number
+        coefficients = limp.coefficients(forcing._replace(gravity=0.0), self.order)
+        set_forces(state.position, self._still, number(forcing.wind), limp.mass,
+                   limp.mesh.weights, coefficients, self._wind, number(0.0), limp.mesh.span)
+        return self._wind.force
+
+
+class TrueWindCloth(Cloth):
+    """A Cloth that steps by TrueWind, whatever the name of its solver."""
+
+    @classmethod
+    def like(cls, cloth: Cloth) -> Cloth:
+        """Return one of the same parameters as a Cloth's, at rest."""
+        mesh = cloth.mesh
+        return cls(mesh.rows, mesh.columns, mesh.length, mesh.width, cloth.hoist_top,
+                   material=cloth.material, air=cloth.air, gravity=cloth.gravity,
+                   stepping=cloth.stepping, stretch_limit=cloth.stretch_limit, pole=cloth.pole,
+                   precision=cloth.precision)
+
+    def _remodel(self, mesh, material, solver_name):
+        """Make the solver; plans, which make another for a softened model, keep its type."""
+        super()._remodel(mesh, material, solver_name)
+        self._solver = TrueWind(self._solver.model)
 
 
 class Term(NamedTuple):
     """
-    A term: the dials {name: value} that it has when it is on, and those that switch it off.
+    A term: the parameters {name: value} that it has when it is on, and those that switch it off.
 
     A value may be a function of the other settings. shots: names of SHOTS that it may matter in.
     why: it is on, or off, by default. nudge: first displacement [m] of the run without the term,
-    for the control. remake: turns a Cloth into one without the term, where no dial does; the time
-    that it takes tells nothing.
+    for the control. remake: turns a Cloth into one without the term, where no parameter does; the
+    time that it takes tells nothing.
     """
 
     name: str
@@ -55,7 +118,7 @@ SHOTS = {
 WINDS = ('fresh', 'calm')
 
 
-def seed_speed(settings):
+def seed_speed(settings: Settings) -> float:
     """
     Return the wind [m/s] in which the seed's law presses as hard as the quadratic one.
 
@@ -68,7 +131,7 @@ def seed_speed(settings):
     return drag * area * settings['speed']**2
 
 
-def linear_density(settings):
+def linear_density(settings: Settings) -> float:
     """
     Return the density [kg/m3] with which the linear law presses as hard as the quadratic one.
 
@@ -77,15 +140,14 @@ def linear_density(settings):
     return settings['air.density'] * settings['speed']
 
 
-def finer():
-    """Return the dials of the same sheet on a grid twice as fine."""
+def finer() -> Settings:
+    """Return the parameters of the same sheet on a grid twice as fine."""
     settings = defaults()
     fine = on_grid(settings, *(2 * settings[name] - 1 for name in ('grid.rows', 'grid.columns')))
     return {name: value for name, value in fine.items() if value != settings[name]}
 
 
-CONTROL = 'nothing'
-"""The name of the control: what is left where only the last digits differ."""
+CONTROL = 'nothing'  # the name of the control: what is left where only the last digits differ
 
 TERMS = (
     Term(CONTROL, {}, {}, WINDS, 'the control: its second run begins a nanometre aside',
@@ -139,9 +201,9 @@ TERMS = (
 """In the order in which they are measured."""
 
 
-def settings_of(term, scene):
-    """Return the settings with a term and without it in a scene {dial: value}."""
+def settings_of(term: Term, scene: Settings) -> tuple[Settings, Settings]:
+    """Return the settings with a term and without it in a scene {parameter: value}."""
     base = changed(defaults(), scene)
-    return tuple(changed(base, {dial: value(base) if callable(value) else value
-                                for dial, value in dials.items()})
-                 for dials in (term.on, term.off))
+    return tuple(changed(base, {name: value(base) if callable(value) else value
+                                for name, value in changes.items()})
+                 for changes in (term.on, term.off))

@@ -13,38 +13,35 @@
 # limitations under the License.
 
 """A sweep: many settings run through window after window, and the rows that come of it."""
-from flag_sim.study import convergence, scene, summary
+import functools
 
-COST = ('physics_ms', 'drawing_ms')
-MEANS = ('psnr_db', 'ssim', 'drawing_psnr_db', 'drawing_ssim')
-FIRST = 2
-"""Turns that even the shortest study takes."""
+from flag_sim.study.measures import summary, trials
+from flag_sim.study.measures.errors import COST, MEASURES
+from flag_sim.study.runner import Batch
+from flag_sim.study.sections import convergence
+
+FIRST = 2  # turns that even the shortest study takes
 
 
-def run(store, budget, part, settings, row_of, turns):
+def batches(store, settings, row_of, turns):
     """
-    Add a row to a part for every turn and every one of settings {name: settings}.
+    Yield a Batch for every turn, of a row for every one of settings {name: settings}.
 
     turns: numbers of the windows. All settings take a turn before any takes the next: so times
-    are taken interleaved, and a disturbance of the machine hits all alike. The first FIRST turns
-    are taken in any case. row_of(trials, settings, window) gives a row's numbers.
+    are taken interleaved, and a disturbance of the machine hits all alike. row_of(trials,
+    settings, window) gives a row's numbers.
     """
-    own = scene.trials(store.folder)
+    own = trials.base_trials(store.folder)
+
+    def row(name, turn, number):
+        found = row_of(own, settings[name], own.reference.window(number))
+        return {'setting': name, 'turn': turn, 'window': number, **found,
+                'own_px': convergence.own_error(store.rows(convergence.NAME))}
+
     for turn, number in enumerate(turns):
-        if turn >= FIRST and not budget.allows():
-            return
-        budget.say(f'{len(settings)} settings, turn {turn + 1}')
-        window = own.reference.window(number)
-        for name, one in settings.items():
-            key = f'{name}@{turn}'
-            if not store.has(part, key):
-                store.add(part, {'key': key, 'setting': name, 'turn': turn, 'window': number,
-                                 **row_of(own, one, window), 'own_px': own_px(store)})
-
-
-def own_px(store):
-    """Return the reference's own error [px] as far as it is known."""
-    return convergence.own_error(store.rows(convergence.NAME))
+        yield Batch(f'{len(settings)} settings, turn {turn + 1}', {
+            f'{name}@{turn}': functools.partial(row, name, turn, number) for name in settings},
+            turn < FIRST)
 
 
 def summarised(rows, turns=None):
@@ -52,19 +49,13 @@ def summarised(rows, turns=None):
     Return {setting: numbers} over the turns that all settings took, their times leveled.
 
     cost_ms, physics_ms, drawing_ms: (lower quartile, median, upper quartile), the first of both
-    together; None if it always diverged. Of the first `turns`, or all: rms_px, rms_mm over them,
-    worst_px and worst_mm of all, and means of the others.
+    together; None if it always diverged. MEASURES: over the first `turns`, or all.
     """
-    found = {}
-    for name, some in summary.grouped(_leveled(rows), 'setting').items():
-        first = some[:turns]
-        found[name] = {
-            'cost_ms': summary.quartiles(some, *COST),
-            **{column: summary.quartiles(some, column) for column in COST},
-            **{column: summary.total(first, column) for column in ('rms_mm', 'rms_px')},
-            **{column: summary.worst(first, column) for column in ('worst_mm', 'worst_px')},
-            **{column: summary.mean(first, column) for column in MEANS if column in some[0]}}
-    return found
+    return {name: {'cost_ms': summary.quartiles(some, *COST),
+                   **{column: summary.quartiles(some, column) for column in COST},
+                   **{column: one.over_windows(some[:turns], column)
+                      for column, one in MEASURES.items() if column in some[0]}}
+            for name, some in summary.grouped(_leveled(rows), 'setting').items()}
 
 
 def resolution(rows):
@@ -76,9 +67,14 @@ def _leveled(rows):
     return summary.leveled(summary.whole(rows, 'setting'), *COST)
 
 
-def own_of(rows):
+def own_error(rows):
     """Return the least of the reference's own errors [px] that were known."""
     return min(row['own_px'] for row in rows)
+
+
+def rank(numbers, rows):
+    """Return in words whether the error of one of summarised can be ranked."""
+    return '' if numbers['rms_px'] >= convergence.TENTH * own_error(rows) else 'below rank'
 
 
 def noise(rows):
