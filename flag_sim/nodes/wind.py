@@ -13,7 +13,6 @@
 # limitations under the License.
 
 """The wind node: holds the wind and the keyframes, and decides when a frame happens."""
-from collections import Counter
 import sys
 import time
 
@@ -27,15 +26,14 @@ from flag_sim.nodes.delivery import check_delivery, Delivery
 from flag_sim.nodes.frames import next_take, Tag
 from flag_sim.nodes.life import run
 from flag_sim.nodes.readout import compute_time, OK, Readout, WARN
+from flag_sim.nodes.tally import Tally
 from flag_sim.nodes.topics import publish, subscribe
 from flag_sim.nodes.weather import Weather
 from geometry_msgs.msg import Vector3, Vector3Stamped
 from rosgraph_msgs.msg import Clock as ClockMessage
 
 LOOK_AGAIN = 0.2  # how often lockstep looks for overdue frames [s]
-REPORT = 5.0  # time between reports of missed frames and of another wind [s]
-ANOTHER = ('another node publishes parameters in this graph too: physics and renderer begin anew '
-           'with every change of wind')
+REPORT = 5.0  # between reports of missed frames and of another wind [s]
 
 
 class Wind(AnimationNode):
@@ -49,9 +47,7 @@ class Wind(AnimationNode):
         self._clock_out = publish(self, '/clock') if self.values['publish_clock'] else None
         self._message = messages.FrameMessage(self.get_fully_qualified_name())
         self._flight = Delivery(self, self._send_again, self._on_done)
-        # Frames sent; skipped, when time went by without them; undone, when others were too slow.
-        self._frames = Counter()
-        self._reported, self._shown = Counter(), Counter()
+        self._tally = Tally(self, self._flight)
         self._reset_since = None
         self._timer = None
         self._take = 0
@@ -60,7 +56,7 @@ class Wind(AnimationNode):
         subscribe(self, 'reset', self._on_reset)
         subscribe(self, 'step', self._on_step)
         self._set_timer()
-        self.create_timer(REPORT, self._report)
+        self.create_timer(REPORT, lambda: self._tally.report(self._pacer.rate))
         self._readout = Readout(self, self._status)
         # In real time frames leave whether or not anybody is there to serve them.
         waits = ('sent at once, served by' if self.values['pace'] == 'realtime' else 'waiting for')
@@ -91,7 +87,7 @@ class Wind(AnimationNode):
         if 'wait_for' in changed:
             self._flight.wait_for(self.values['wait_for'])
         if 'rate' in changed:
-            self._report_missed()
+            self._tally.report_missed(self._pacer.rate)
             self._pacer.change_rate(self.values['rate'])
         if changed & {'rate', 'pace', 'paused', 'frames'}:
             self._pacer.wait()
@@ -160,10 +156,10 @@ class Wind(AnimationNode):
         gone = self.values['pace'] == 'realtime' and self._flight.overdue(
             now, self.values['resend_after'])
         if not len(self._flight) or gone:
-            self._frames['undone'] += len(self._flight)
+            self._tally.frames['undone'] += len(self._flight)
             self.get_logger().info(
                 f'the shot is over: {self._pacer.index} frames, {self._flight.resent} sent again, '
-                f'{missed(self._frames)} missed' + (
+                f'{self._tally.missed} missed' + (
                     f', and the next stamp is beyond {messages.LATEST / 1e9:.0f} s'
                     if self._pacer.stamp > messages.LATEST else ''))
             self.ended.set_result(0)
@@ -200,12 +196,12 @@ class Wind(AnimationNode):
         due = self._pacer.due(now)
         if self.values['frames']:
             due = min(due, self.values['frames'] - 1)
-        self._frames['skipped'] += due - self._pacer.index
+        self._tally.frames['skipped'] += due - self._pacer.index
         self._pacer.index = due
         if self._pacer.stamp > messages.LATEST:
             return
         while len(self._flight) >= self.values['window']:
-            self._frames['undone'] += self._flight.answered
+            self._tally.frames['undone'] += self._flight.answered
             self._flight.give_up()
         self._send(now)
 
@@ -233,7 +229,7 @@ class Wind(AnimationNode):
                     header=messages.header(stamp, messages.WORLD),
                     vector=Vector3(x=wind[0], y=wind[1], z=wind[2])))
         self._stopwatch.frames += 1
-        self._frames['sent'] += 1
+        self._tally.frames['sent'] += 1
         self._pacer.index += 1
 
     def _publish_crossed(self, at):
@@ -250,53 +246,18 @@ class Wind(AnimationNode):
 
     # What people are told.
 
-    def _report(self):
-        """Warn of frames that were missed since the last time, and of another wind."""
-        self._report_missed()
-        if self.count_publishers('parameters') > 1:
-            self.get_logger().warning(ANOTHER)
-
-    def _report_missed(self):
-        new, self._reported = self._frames - self._reported, self._frames.copy()
-        if not missed(new):
-            return
-        late = self._flight.late(time.monotonic())
-        causes = [f'{new["undone"]} not done in time by ' + (
-            late or ', '.join(self.values['wait_for']))] * bool(new['undone'])
-        causes += [f'{new["skipped"]} not sent, the wind itself was too slow'] * bool(
-            new['skipped'])
-        way_out = '; a lower rate misses fewer, pace lockstep none'
-        if late:
-            way_out = '' if new['undone'] else f'; still waiting for {late}'
-        self.get_logger().warning(
-            f'{missed(new)} of the last {new["sent"] + new["skipped"]} frames were missed at '
-            f'{self._pacer.rate:g} Hz: {", ".join(causes)}{way_out}')
-
     def _status(self):
         """Return the `state` of the wind."""
-        new, self._shown = self._frames - self._shown, self._frames.copy()
-        late = self._flight.late(time.monotonic())
         pace = 'paused' if self.values['paused'] else self.values['pace']
-        alarms = [f'waiting for {late}'] if late else []
-        if missed(new):
-            alarms.append(f'{missed(new)} frames missed')
-        if self.count_publishers('parameters') > 1:
-            alarms.append(ANOTHER)
+        alarms, figures = self._tally.status()
         return (WARN if alarms else OK, '; '.join(alarms) or pace, {
             'pace': pace, 'rate [Hz]': self.values['rate'],
-            'time [s]': max(self._previous, 0) / 1e9, 'frames sent': self._frames['sent'],
-            'frames sent again': self._flight.resent, 'frames missed': missed(self._frames),
-            'waiting for': late or 'nobody', 'tracks': len(self.timeline.tracks),
-            **compute_time(self._stopwatch)})
+            'time [s]': max(self._previous, 0) / 1e9, **figures,
+            'tracks': len(self.timeline.tracks), **compute_time(self._stopwatch)})
 
     def close(self):
         """Say where the time went."""
         self.get_logger().info(self._stopwatch.summary())
-
-
-def missed(frames):
-    """Return how many of the counted frames were missed."""
-    return frames['skipped'] + frames['undone']
 
 
 def main(args=None):
