@@ -92,9 +92,15 @@ class Graph:
 
     def end(self, name):
         """End a node as Ctrl-C would; return its exit status."""
+        self._interrupt(name)
+        return self._wait_for_end(name)
+
+    def _interrupt(self, name):
+        if self.processes[name].poll() is None:
+            self.processes[name].send_signal(signal.SIGINT)
+
+    def _wait_for_end(self, name):
         process = self.processes[name]
-        if process.poll() is None:
-            process.send_signal(signal.SIGINT)
         try:
             return process.wait(GRACE)
         except subprocess.TimeoutExpired:
@@ -116,9 +122,9 @@ class Graph:
 
     def __exit__(self, *_):
         """End every process that is still running."""
-        for process in self.processes.values():
-            if process.poll() is None:
-                process.send_signal(signal.SIGINT)
+        # Once each, all at the same time: a second signal ends a node before it has closed.
         for name in self.processes:
-            self.end(name)
+            self._interrupt(name)
+        for name in self.processes:
+            self._wait_for_end(name)
         self._cleanup.close()
