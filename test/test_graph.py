@@ -159,6 +159,7 @@ def test_leaving_a_graph_interrupts_each_node_once(tmp_path):
     asked = []
 
     class Closing:
+
         def __init__(self, name):
             """Have a name to tell."""
             self.name = name
