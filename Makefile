@@ -27,21 +27,25 @@ help:
 # Nothing of a demo or a test leaves this machine.
 demo test soak bench: export ROS_AUTOMATIC_DISCOVERY_RANGE = LOCALHOST
 
-demo: $(READY)
+# An editable install has copies of config/ where `ros2 pkg prefix flag_sim` leads.
+COPIED = .venv/config-copied
+demo test soak bench study: $(READY) $(COPIED)
+
+demo:
 	@.venv/bin/python -m flag_sim.nodes.demo --shot '$(SHOT)'
 
-test: $(READY)
+test:
 	@.venv/bin/python -m pytest -rs
 
-soak: $(READY)
+soak:
 	@FLAG_SIM_EXTREMES=2000 FLAG_SIM_SOAK=1 .venv/bin/python -m pytest -rsP \
 	test/test_cloth_extremes.py test/test_cloth_refinement.py test/test_cloth_statistics.py
 
-bench: $(READY)
+bench:
 	@.venv/bin/python test/benchmark/pipeline.py
 	@.venv/bin/python test/benchmark/animation.py
 
-study: $(READY)
+study:
 	@.venv/bin/python -m flag_sim.study --minutes '$(MINUTES)'
 
 # The peers have an environment of their own; one that cannot be installed is named by the table.
@@ -56,11 +60,15 @@ bench-cloth bench-drawing: .venv-peers/ready
 	.venv-peers/bin/python -m pip install -qq --disable-pip-version-check $$peer || true; done
 	@touch '$@'
 
+$(COPIED): $(READY) $(wildcard config/*)
+	@cp config/* .venv/share/flag_sim/config/
+	@touch '$@'
+
 clean:
 	rm -rf .venv .venv-peers out build install log *.egg-info .pytest_cache .hypothesis
 	find . -name __pycache__ -prune -exec rm -rf {} +
 
-$(READY): setup.py pyproject.toml
+$(READY): setup.py pyproject.toml package.xml
 	@$(PYTHON) -c 'import sys, venv, ensurepip; sys.exit(not (3, 10) <= sys.version_info < (3, 14))' 2>/dev/null \
 	|| { echo 'flag_sim needs Python 3.10 to 3.13 with its venv module (Debian, Ubuntu: apt install' \
 	'python3-venv); "$(PYTHON)" is:' "$$($(PYTHON) --version 2>&1)" >&2; exit 1; }

@@ -56,8 +56,15 @@ class InstallData(Distribution().get_command_class('install_data')):
             self.outfiles.append(path)
 
 
+class WithData(Distribution):
+    """Lets setuptools install data_files in an editable install, too, where it asks for this."""
+
+    has_data = Distribution.has_data_files
+
+
 setup(
     name=NAME,
+    distclass=WithData,
     version='0.1.0',
     description='A flag in the wind, simulated and filmed on the CPU, as ROS 2 nodes',
     author='The flag_sim Authors',
@@ -110,7 +117,7 @@ setup(
             'embreex>=4.4,<5; platform_machine == "x86_64"',
             'moderngl>=5.10,<6; platform_machine == "x86_64"',
             'catkin_pkg>=1,<2',
-            'setuptools>=65.5',  # which environments of Python 3.12 have no more by themselves
+            'setuptools>=70.1',  # the first that builds a wheel, as a test does, without help
             'ros-kilted-ament-flake8>=0.19.2,<0.20',
             'ros-kilted-ament-pep257>=0.19.2,<0.20',
             'ros-kilted-ament-lint>=0.19.2,<0.20',

@@ -13,7 +13,10 @@
 # limitations under the License.
 
 """Refusal of bad values, with a message that names the rule and the value."""
+from decimal import Context, ROUND_DOWN
+import functools
 import math
+from pathlib import Path
 
 import numpy as np
 
@@ -21,10 +24,57 @@ LARGEST = 1e12
 """Beyond any physical value; keeps products and roots of the dials far from overflow."""
 
 
+DIGITS = range(4, 17)
+"""How many digits of a limit somebody may print, and somebody else type again."""
+
+
+def text(number):
+    """Return a number as short as `:g` where that is exact, and else with all its digits."""
+    short = f'{number:g}'
+    return short if float(short) == number else repr(float(number))
+
+
+def rounded_down(limit, digits=3):
+    """Return a positive limit with few digits, none of them above it, as a text."""
+    return f'{float(Context(digits, ROUND_DOWN).create_decimal(limit)):g}'
+
+
+@functools.lru_cache(maxsize=256)
+def _roundings(limit):
+    """Return the least and the greatest number that a limit, rounded, may be printed as."""
+    printed = [float(f'{limit:.{digits}g}') for digits in DIGITS]
+    return min(limit, *printed), max(limit, *printed)
+
+
+def within(number, low, high):
+    """
+    Return a number if it is from low to high, else None.
+
+    What is beyond a limit only because the limit is printed with fewer digits than it has, as
+    1.571 for half of pi, is the limit itself.
+    """
+    if _roundings(low)[0] <= number <= _roundings(high)[1]:
+        return min(max(number, low), high)
+    return None
+
+
 def require(holds, name, rule, value):
     """Raise ValueError('<name> must be <rule>, not <value>') unless it holds."""
     if not holds:
         raise ValueError(f'{name} must be {rule}, not {value!r}')
+
+
+def path(name, value):
+    """
+    Return value as a Path, with `~` and `~user` at its begin read as a shell does.
+
+    A shell itself does so only where they begin a word, not in `path:=~/bag` or `--out=~/out`.
+    Raises ValueError for a user that is not known here.
+    """
+    try:
+        return Path(value).expanduser()
+    except RuntimeError:
+        raise ValueError(f'{name} {value}: no home is known of such a user') from None
 
 
 def finite(name, value, low=-math.inf, high=math.inf, above=-math.inf):
@@ -34,34 +84,43 @@ def finite(name, value, low=-math.inf, high=math.inf, above=-math.inf):
     Raises ValueError unless it is a finite number, low <= value <= high and value > above.
     """
     try:
+        if isinstance(value, (bool, np.bool_)) or np.ndim(value):  # Python takes True for 1
+            raise TypeError
         is_finite = math.isfinite(value)
-    except (TypeError, OverflowError):
+    except (TypeError, ValueError, OverflowError):
         raise ValueError(f'{name} must be a number, not {value!r}') from None
     number = float(value)
     if not is_finite:
         raise ValueError(f'{name} must be finite, not {number}')
     if not number > above:
-        raise ValueError(f'{name} must be greater than {above:g}, not {number:g}')
-    if not low <= number <= high:
+        raise ValueError(f'{name} must be greater than {text(above)}, not {text(number)}')
+    kept = within(number, low, high)
+    if kept is None:
         rule = f'between {low:g} and {high:g}' if high < math.inf else f'at least {low:g}'
-        raise ValueError(f'{name} must be {rule}, not {number:g}')
-    return number
+        raise ValueError(f'{name} must be {rule}, not {text(number)}')
+    return kept
 
 
 def whole(name, value, low, high):
     """Return value as an int; raises ValueError unless it is whole and low <= value <= high."""
     number = finite(name, value)
     if number != int(number):
-        raise ValueError(f'{name} must be a whole number, not {number:g}')
+        raise ValueError(f'{name} must be a whole number, not {text(number)}')
     if not low <= number <= high:
         raise ValueError(f'{name} must be between {low} and {high}, not {int(number)}')
     return int(number)
 
 
-def fields(record, names, prefix='', **limits):
+def boolean(name, value):
+    """Return value as a bool; raises ValueError unless it is True or False."""
+    require(isinstance(value, (bool, np.bool_)), name, 'True or False', value)
+    return bool(value)
+
+
+def fields(record, names, **limits):
     """Make fields of a frozen dataclass floats within limits, or raise ValueError (see finite)."""
     for name in names:
-        object.__setattr__(record, name, finite(prefix + name, getattr(record, name), **limits))
+        object.__setattr__(record, name, finite(name, getattr(record, name), **limits))
 
 
 def wholes(record, names, low, high):
@@ -86,6 +145,8 @@ def choice(name, value, choices):
 def vector(name, value, largest=math.inf):
     """Return value as three finite floats; raises ValueError unless of at most largest size."""
     numbers = array(name, value, (3,), largest)
+    if any(isinstance(one, (bool, np.bool_)) for one in value):
+        raise ValueError(f'{name} must hold numbers, not {value!r}')
     return tuple(float(number) for number in numbers)
 
 
@@ -102,7 +163,10 @@ def array(name, value, shape, largest=math.inf):
     in size.
     """
     try:
-        numbers = np.asarray(value).astype(np.float64, casting='same_kind', copy=False)
+        numbers = np.asarray(value)
+        if numbers.dtype.kind == 'b':
+            raise TypeError
+        numbers = numbers.astype(np.float64, casting='same_kind', copy=False)
     except (TypeError, ValueError):
         raise ValueError(f'{name} must hold numbers, not {value!r}') from None
     if numbers.shape != shape:
@@ -110,5 +174,5 @@ def array(name, value, shape, largest=math.inf):
     bad = numbers[~(np.isfinite(numbers) & (np.abs(numbers) <= largest))]
     if bad.size:
         rule = f'finite and at most {largest:g} in size' if largest < math.inf else 'finite'
-        raise ValueError(f'{name} must be {rule}, not {bad[0]:g}')
+        raise ValueError(f'{name} must be {rule}, not {text(bad[0])}')
     return numbers

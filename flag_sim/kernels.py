@@ -199,6 +199,14 @@ class _CacheImpl(FunctionCache._impl_class):
     _locator_classes = [_Locator]
 
 
+_missed = []  # kernels that no cache held: each was compiled by this process
+
+
+def compilations():
+    """Return how many kernels this process has begun to compile; the others it only loaded."""
+    return len(_missed)
+
+
 class _Cache(FunctionCache):
     _impl_class = _CacheImpl
 
@@ -207,6 +215,12 @@ class _Cache(FunctionCache):
         # numba does not read what another version kept. What other sources kept must not be read
         # either: it may name classes that are gone.
         self._cache_file._version += fingerprint()
+
+    def load_overload(self, sig, target_context):
+        found = super().load_overload(sig, target_context)
+        if found is None:
+            _missed.append(self._py_func.__qualname__)
+        return found
 
 
 def kernel(function=None, **options):

@@ -13,13 +13,9 @@
 # limitations under the License.
 
 """Tracks and their laws."""
-import itertools
-
 from flag_sim.animation.laws import LAWS
-from flag_sim.animation.timeline import Timeline
-from flag_sim.animation.tracks import Track
+from flag_sim.animation.tracks import short_way, Track
 from flag_sim.animation.wind import wind_vector
-from flag_sim.nodes.clock import FrameClock
 from hypothesis import given, strategies as st
 import numpy as np
 import pytest
@@ -100,109 +96,45 @@ def test_angles_take_the_short_way(law):
     assert track.at(1.0) == -3.0
 
 
-def test_a_loop_repeats_while_time_goes_on():
-    """Values come again every round, and each key is crossed once a round."""
-    tracks = {'a': Track([0.0, 1.0, 2.0], [0.0, 4.0, 0.0])}
-    timeline = Timeline(tracks, [(0.5, 'here')], loop=True)
-    assert [timeline.at(t)['a'] for t in (0.25, 2.25, 40.25)] == [1.0, 1.0, 1.0]
-    edges = [-1.0, *np.arange(0.0, 6.01, 0.3), 6.0]
-    found = [event for a, b in zip(edges, edges[1:]) for event in timeline.crossed(a, b)]
-    assert found == [(0.0, 'a'), (0.5, 'here'), (1.0, 'a'), (2.0, 'a'), (2.5, 'here'), (3.0, 'a'),
-                     (4.0, 'a'), (4.5, 'here'), (5.0, 'a'), (6.0, 'a')]
+@given(st.lists(st.floats(-50.0, 50.0), min_size=2, max_size=8))
+def test_the_short_way_is_half_a_turn_at_most(angles):
+    """The same directions, each as near to the one before as three decimals tell."""
+    path = short_way(np.array(angles))
+    assert np.abs(np.diff(path)).max() <= np.pi + 1.001e-3
+    assert np.allclose(np.exp(1j * path), np.exp(1j * np.array(angles)))
 
 
-def test_several_keys_in_one_frame_are_all_crossed_in_order():
-    """A long frame finds everything within it."""
-    tracks = {'b': Track([0.1, 0.2], [0, 1]), 'a': Track([0.15], [0])}
-    timeline = Timeline(tracks, [(0.12, 'event')])
-    assert timeline.crossed(0.0, 1.0) == [(0.1, 'b'), (0.12, 'event'), (0.15, 'a'), (0.2, 'b')]
+@pytest.mark.parametrize('half', [np.pi, 3.142, 3.1416, 3.14159, -np.pi, -3.142])
+def test_half_a_turn_goes_the_way_that_it_is_typed(half):
+    """However it is rounded: 0, 3.142, 6.283 does not swing to and fro."""
+    track = Track([0.0, 1.0, 2.0], [0.0, half, round(2.0 * half, 3)], is_angle=True)
+    steps = np.diff([track.at(0.5), track.at(0.999), track.at(1.5)])
+    assert np.all(np.sign(steps) == np.sign(half))
 
 
-def assert_each_mark_once(marks, stamps, loop):
-    """
-    Assert that frames at stamps [s] cross marks [(time [s], name)] once, in a loop once a round.
-
-    The crossings of one name are then its time plus 0, 1, 2, ... rounds, none left out and none
-    twice; one that is nearer to the last frame than rounding may be missing.
-    """
-    timeline = Timeline({}, marks, loop)
-    found = [mark for a, b in zip(stamps, stamps[1:]) for mark in timeline.crossed(a, b)]
-    rounded = 1e-12 * (1.0 + stamps[-1])  # some thousand times what float64 resolves there
-    assert np.all(np.diff([time for time, _ in found]) >= -rounded)
-    for time, name in marks:
-        crossed = [at for at, of in found if of == name]
-        rounds = np.arange(len(crossed) if loop else min(len(crossed), 1))
-        assert len(crossed) == len(rounds)
-        assert np.allclose(crossed, time + rounds * timeline.length, rtol=0.0, atol=rounded)
-        if loop or not crossed:
-            assert time + len(rounds) * timeline.length > stamps[-1] - rounded
+@pytest.mark.parametrize('law', ['linear', 'ease', 'cubic'])
+@pytest.mark.parametrize('values', [[0.0, 6.283], [0.0, 3.142, 6.283], [0.0, 5.0, 18.85],
+                                    [1.0, -30.0, -31.0]])
+def test_a_track_that_turns_takes_its_values_as_they_are(law, values):
+    """As many turns as they say, the way that they say."""
+    times = np.arange(len(values), dtype=float)
+    track = Track(times, values, [law] * len(values), is_angle=True, turns=True)
+    found = [track.at(time) for time in np.linspace(0.0, times[-1], 200)]
+    assert found[0] == values[0] and found[-1] == values[-1]
+    assert np.all(np.sign(np.diff(found)) == np.sign(values[-1] - values[0]))
+    assert track.long_ways() == []
 
 
-@given(
-    times=st.lists(st.floats(0.0, 9.0), max_size=7, unique=True), last=st.floats(9.5, 20.0),
-    rate=st.floats(0.5, 1000.0), loop=st.booleans(),
-    missed=st.lists(st.integers(1, 40), min_size=1, max_size=10))
-def test_every_mark_is_crossed_once(times, last, rate, loop, missed):
-    """At any rate, also where frames are missed and several marks lie within one."""
-    frames = itertools.accumulate(itertools.islice(itertools.cycle(missed), 60), initial=0)
-    stamps = [-1.0, *(round(frame * 1e9 / rate) / 1e9 for frame in frames)]
-    marks = [(time, str(k)) for k, time in enumerate([*times, last])]
-    assert_each_mark_once(marks, stamps, loop)
-
-
-@pytest.mark.parametrize('rate', [7.0, 25.0, 29.97, 30.0, 60.0])
-def test_no_mark_is_lost_where_a_round_ends_at_a_frame(rate):
-    """There rounding decides in which frame, and it must decide once."""
-    stamps = [-1.0, *(round(frame * 1e9 / rate) / 1e9 for frame in range(600))]
-    for frames in range(1, 40):
-        length = frames / rate
-        marks = [(0.0, 'begin'), (length / 2.0, 'middle'), (length, 'end')]
-        assert_each_mark_once(marks, stamps, loop=True)
-
-
-MONTH = 30 * 24 * 3600  # [s]
-SHOTS = [(frames, rate) for rate in (23.976, 25.0, 29.97, 30.0, 60.0)
-         for frames in (1, 7, 10, 21, 33, 100, 1001)]
-
-
-@pytest.mark.parametrize('frames, rate', SHOTS)
-def test_a_key_at_the_time_of_a_frame_is_in_that_frame(frames, rate):
-    """Whichever way its stamp was rounded: the value is the key's and the crossing is told."""
-    clock = FrameClock(rate)
-    timeline = Timeline({'a': Track([0.0, frames / rate], ['before', 'after'])})
-    clock.index = frames - 1
-    earlier = clock.stamp / 1e9
-    clock.index = frames
-    time = clock.stamp / 1e9
-    assert (timeline.value('a', earlier), timeline.value('a', time)) == ('before', 'after')
-    assert timeline.crossed(earlier, time) == [(frames / rate, 'a')]
-
-
-@pytest.mark.parametrize('frames, rate', SHOTS)
-@pytest.mark.parametrize('begin', [0, MONTH / 2, MONTH])
-def test_a_loop_of_whole_frames_repeats_them_for_a_month(frames, rate, begin):
-    """Each round is the same frames, its end the next one's begin; nothing drifts."""
-    clock, last = FrameClock(rate), frames / rate
-    values = [float(k) for k in range(frames)]
-    track = Track([*(k / rate for k in range(frames)), last], [*values, 0.5],
-                  ['step'] * (frames + 1))
-    timeline = Timeline({'a': track}, [(0.0, 'again')], loop=True)
-    clock.index = frames * round(begin * rate / frames)
-    found, stamps = [], [clock.stamp / 1e9 - 1e-4]
-    for _ in range(3 * frames):
-        stamps.append(clock.stamp / 1e9)
-        found.append(timeline.value('a', stamps[-1]))
-        clock.index += 1
-    assert found == 3 * values
-    told = [[name for _, name in timeline.crossed(*edges)] for edges in zip(stamps, stamps[1:])]
-    assert [frame for frame, names in enumerate(told) if 'again' in names] == [
-        0, frames, 2 * frames]
-
-
-def test_a_loop_without_length_is_refused():
-    """Every frame would go through it without end."""
-    with pytest.raises(ValueError, match='at least 0.001 s; its last key or event is at 1e-09 s'):
-        Timeline({}, [(1e-9, 'a')], loop=True)
+@pytest.mark.parametrize('values, law, far', [
+    ([0.0, 6.283], 'linear', [0]), ([0.0, 3.142, 6.283], 'cubic', [0, 1]),
+    ([0.0, np.pi], 'ease', [0]), ([0.0, -np.pi], 'linear', [0]),
+    ([0.3, 0.3 + np.pi, 3.0], 'linear', [0]),
+    ([3.0, -3.0, -2.9], 'linear', [0]), ([0.0, 3.0, 6.0], 'linear', []),
+    ([0.0, 6.0], 'step', [])])
+def test_angles_half_a_turn_apart_are_found(values, law, far):
+    """There the short way is not the one that is typed, or is no shorter."""
+    track = Track(np.arange(len(values)), values, [law] * len(values), is_angle=True)
+    assert track.long_ways() == far
 
 
 @pytest.mark.parametrize('times, values, laws, rule', [
@@ -215,6 +147,15 @@ def test_a_loop_without_length_is_refused():
     ([0.0], [1.0], ['bezier'], "'bezier' is not one of"),
     ([0.0, 1.0], ['a', 'b'], ['linear', 'step'], 'use step'),
     ([0.0, 1.0], [True, 1.0], ['step', 'step'], 'of one type'),
+    ([0.0, 1e308], [1.0, 2.0], None, 'from -1e[+]09 to 1e[+]09 s, not 1e[+]308'),
+    ([0.0, 10 ** 400], [1.0, 2.0], None, 'times must be numbers, not 1000'),
+    ([0.0, 'late'], [1.0, 2.0], None, "times must be numbers, not 'late'"),
+    ([-0.0, 0.0], [1.0, 2.0], None, '0.0 follows 0.0'),
+    ([0.0, 5e-324], [1.0, 2.0], None, 'at least 1e-09 s apart; 5e-324 follows 0.0'),
+    ([0.0, 1.0], [-1e308, 1e308], None, 'at most 1e[+]12 in size, not -1e[+]308'),
+    ([0.0, 1.0], [1.0, 10 ** 400], None, 'values must be numbers'),
+    ([0.0, 1.0], [1.0, [1.0, 2.0]], None, 'values must be numbers, or vectors of one length'),
+    ([0.0, 1.0], [1.0, None], None, 'finite, not nan'),
 ])
 def test_bad_keys_are_refused(times, values, laws, rule):
     """The message names the rule and the value."""

@@ -52,6 +52,33 @@ def test_a_rate_that_is_changed_counts_from_the_next_frame(changes, rate):
         rate = other
 
 
+@given(RATES, st.integers(0, 10**18), st.integers(0, 100_000))
+def test_stamps_begin_anywhere_and_keep_their_distances(rate, start, index):
+    """To the nanosecond, also where seconds as floats have none left."""
+    clock, moved = FrameClock(rate), FrameClock(rate, 1_796_000_000 * 10**9 + start)
+    clock.index = moved.index = index
+    assert moved.time == clock.time == clock.stamp
+    assert moved.stamp - clock.stamp == 1_796_000_000 * 10**9 + start
+
+
+def test_stamps_by_the_wall_clock_meet_it_wherever_real_time_begins():
+    """At the first frame and after a pause; a clock that was set back takes none back."""
+    wall = [1_796_000_000 * 10**9]
+    clock = FrameClock(50.0, wall=lambda: wall[0])
+    assert clock.due(100.0) == 0
+    assert clock.stamp == wall[0]
+    clock.index, wall[0] = 1, wall[0] + 33_000_000
+    assert clock.due(100.033) == 2 and clock.stamp - wall[0] == 20_000_000 - 33_000_000
+    clock.wait()
+    wall[0] += 10 * 10**9
+    assert clock.due(110.033) == 1
+    assert (clock.stamp, clock.time) == (wall[0], 20_000_000)
+    clock.wait()
+    stamp, wall[0] = clock.stamp, 0
+    clock.due(111.0)
+    assert clock.stamp == stamp
+
+
 def test_a_frame_is_due_at_its_time():
     """The first at once; then one a period, those that time has passed over are not made up."""
     clock = FrameClock(50.0)

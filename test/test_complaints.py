@@ -17,13 +17,17 @@ import re
 import signal
 import time
 
+from flag_sim.cloth import normals
+from flag_sim.kernels import kernel
 from flag_sim.nodes import complaints, messages, renderer as renderer_module
+from flag_sim.nodes.compiling import compiling
 from flag_sim.nodes.complaints import Refusals, Waiting
 from flag_sim.nodes.frames import FrameOrder, Tag
 from flag_sim.nodes.graph import Graph
-from flag_sim.nodes.life import compiling
 from flag_sim.nodes.renderer import Renderer
 from flag_sim.nodes.topics import publish
+import numba
+import numpy as np
 import pytest
 import rclpy
 from support.flags import wave
@@ -78,14 +82,18 @@ def test_a_wait_is_told_once_and_so_is_its_end(domain, capfd, soon):
         assert capfd.readouterr().err.count('nothing is waited for now') == 1
 
 
-def test_what_is_compiled_is_named_when_it_takes_long(domain, capfd):
-    """And when it is ready; what is quick is not spoken of."""
+def test_what_is_compiled_is_named_when_it_takes_long(domain, capfd, monkeypatch, tmp_path):
+    """And when it is ready; what is only loaded is not called compiled, what is quick nothing."""
+    monkeypatch.setattr(numba.config, 'CACHE_DIR', str(tmp_path))
     with Watcher(domain) as watcher:
-        with compiling(watcher.node, 'the sails', seconds=0.1):
-            time.sleep(0.3)
-        said = capfd.readouterr().err
-        assert 'compiling the sails: frames wait for it' in said
-        assert re.search(r'compiled the sails in 0\.\d s', said)
+        for doing, done in (('compiling', 'compiled'), ('loading', 'loaded')):
+            with compiling(watcher.node, 'the sails', seconds=0.1):
+                kernel(normals._normalise.py_func)(np.zeros((2, 2, 3)))
+                time.sleep(0.3)
+            said = capfd.readouterr().err
+            assert f'{doing} the sails: frames wait for it' in said
+            assert re.search(rf'{done} the sails in \d+\.\d s', said)
+            assert ('compil' in said) == (doing == 'compiling')
         with compiling(watcher.node, 'the sails', seconds=0.1):
             pass
         time.sleep(0.2)

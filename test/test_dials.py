@@ -15,7 +15,10 @@
 """Dials: what is accepted, what is refused, and that all places agree on them."""
 import array
 import inspect
+import math
+import re
 
+from flag_sim import checks
 from flag_sim.cloth import Cloth
 from flag_sim.cloth.material import Air, LAWS, Material
 from flag_sim.cloth.mesh import PRECISIONS
@@ -83,6 +86,52 @@ def test_a_list_is_told_as_a_list():
     assert Dial('l', [], 'names', item=str).rule == 'a list of texts'
     assert Dial('t', [], 'times', 's', 0.0, 9.0).rule == 'a list of numbers from 0 to 9 [s]'
     assert COLOR.rule == 'a list of 3 values, each a number from 0 to 255'
+
+
+LIMITED = [dial for dials in NODES.values() for dial in dials if dial.low is not None]
+
+
+@pytest.mark.parametrize('dial', LIMITED, ids=lambda dial: dial.name)
+def test_a_limit_that_is_printed_is_accepted(dial):
+    """In the rule, in the descriptor or in docs, with however many digits; and is the limit."""
+    def accept(number):
+        values = dial.accept([number] * (dial.length or 1) if dial.is_list else number)
+        return values[0] if dial.is_list else values
+    printed = re.search(r'from (\S+) to (\S+)', dial.rule).groups()
+    for end, text, side in zip((dial.low, dial.high), printed, (-1, 1)):
+        kind = int if type(dial.default) is int else float
+        rounded = [] if kind is int else [f'{end:.{n}g}' for n in range(4, 17)]
+        for number in map(kind, [text, *rounded]):
+            assert dial.low <= accept(number) <= dial.high
+            assert accept(number) == pytest.approx(end, rel=1e-3)
+        with pytest.raises(ValueError, match='must be'):
+            accept(end + side * (1 if kind is int else 1e-3 * (abs(end) or 1.0)))
+
+
+def test_the_library_accepts_the_limits_that_it_prints():
+    """And prints a value that it refuses so that it is seen to be beyond."""
+    for limit in (math.pi, math.pi / 2.0, 2.0 * math.pi, 1.0 / 3.0):
+        for printed in (f'{limit:g}', f'{limit:.4g}'):
+            assert checks.finite('angle', float(printed), -limit, limit) <= limit
+        with pytest.raises(ValueError, match='between -1 and 1, not 1.0000001'):
+            checks.finite('share', 1.0000001, -1.0, 1.0)
+    with pytest.raises(ValueError, match='at least 0, not -1e-09'):
+        checks.finite('share', -1e-9, 0.0)
+
+
+@pytest.mark.parametrize('limit, said', [(0.0123456, '0.0123'), (1.0 / 1500.0, '0.000666'),
+                                         (0.25, '0.25'), (math.inf, 'inf')])
+def test_a_limit_that_is_rounded_is_rounded_to_its_safe_side(limit, said):
+    """What is told to be stable is."""
+    assert checks.rounded_down(limit) == said and float(said) <= limit
+
+
+def test_there_is_no_minus_zero_and_no_number_is_too_large_to_be_refused():
+    """What has a sign must have a size."""
+    assert math.copysign(1.0, NUMBER.accept(-0.0)) == 1.0
+    for dial in (NUMBER, Dial('k', 3, 'count', '', 0, 9)):
+        with pytest.raises(ValueError, match='must be a'):
+            dial.accept(10 ** 400)
 
 
 @pytest.mark.parametrize('node', NODES)

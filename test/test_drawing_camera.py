@@ -108,6 +108,8 @@ def test_cameras_compare_by_value():
     ('width', 0), ('width', 1.5), ('height', -3), ('height', 100000), ('projection', 'fisheye'),
     ('vertical_fov', 0.0), ('vertical_fov', math.pi), ('vertical_fov', math.nan), ('scale', 0.0),
     ('near', 0.0), ('near', -1.0), ('distance', -1.0), ('distance', math.inf),
+    ('azimuth', 90), ('elevation', 30), ('elevation', -1.6),
+    ('roll', 360), ('width', '640'), ('target', 'flag'),
     ('azimuth', math.inf), ('elevation', math.nan), ('roll', 'left'), ('target', (1.0, 2.0)),
     ('target', (1.0, 2.0, math.nan))])
 def test_what_no_camera_can_be_is_refused_by_name(name, value):

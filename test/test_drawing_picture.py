@@ -15,7 +15,7 @@
 """Whole frames against rays cast by hand, formulas and one another."""
 import math
 
-from flag_sim.drawing import Camera, Light, Material, Materials, Picture, Scene, Style
+from flag_sim.drawing import Camera, Light, Materials, Picture, Scene, Style, Surface
 from flag_sim.drawing.mesh import grid_triangles
 from flag_sim.drawing.scene import platform_mesh, pole_mesh
 
@@ -26,7 +26,7 @@ import pytest
 from support.flags import wave
 
 NOTHING = Scene(pole_visible=False, platform_visible=False)
-WHITE = Materials(flag=Material((255, 255, 255)))
+WHITE = Materials(flag=Surface((255, 255, 255)))
 
 
 def cast_rays(camera, flag, scene):
@@ -350,6 +350,58 @@ def test_normals_of_another_shape_are_refused():
 def test_depth_before_the_first_frame_is_refused():
     with pytest.raises(ValueError, match='depth'):
         Picture().depth()
+
+
+def test_a_thin_triangle_is_between_its_corners():
+    # 4 to 5.5 m away, and some thousandths of a pixel wide.
+    rng = np.random.default_rng(3)
+    camera, drawn = Camera(1280, 720), 0
+    for number in range(200):
+        ends = camera.position + rng.uniform([-0.6, 4.0, -0.5], [0.6, 5.5, 0.5], (2, 3))
+        third = ends[0] + rng.random() * (ends[1] - ends[0]) + rng.normal(scale=3e-5, size=3)
+        flag = np.stack([[ends[0], ends[1]], [third, third]])
+        picture = Picture()
+        picture.draw(flag, camera=camera, scene=NOTHING,
+                     style=Style(hidden_surface=('zbuffer', 'painter')[number % 2]))
+        depths = picture.depth()
+        depths = depths[np.isfinite(depths)]
+        drawn += depths.size
+        corners = (flag - camera.position) @ camera.pose[2, :3]
+        assert (depths >= (1 - 1e-6) * corners.min()).all()
+        assert (depths <= (1 + 1e-6) * corners.max()).all()
+    assert drawn > 50
+
+
+@pytest.mark.parametrize('argument, value', [
+    ('camera', 640), ('light', 0.5), ('materials', Surface()), ('scene', None),
+    ('style', 'gouraud'), ('flag_vertices', 'flag'), ('flag_vertices', [[[1j] * 3] * 2] * 2),
+    ('flag_vertices', np.full((2, 2, 3), None)), ('flag_vertices', np.zeros((2, 2, 3), bool)),
+    ('flag_normals', np.zeros((21, 31))), ('flag_normals', np.full((21, 31, 3), '1'))])
+def test_what_is_no_such_thing_is_refused_by_name(argument, value):
+    with pytest.raises(ValueError, match=f'{argument} must be'):
+        Picture().draw(**{'flag_vertices': wave(), argument: value})
+
+
+@pytest.mark.parametrize('threads', [-1, 65, 1.5, 'two', math.nan])
+def test_a_number_of_threads_that_cannot_be_is_refused(threads):
+    with pytest.raises(ValueError, match='threads must be'):
+        Picture(threads)
+
+
+def test_attributes_that_do_not_exist_are_refused():
+    for thing, name in ((Picture(), 'samples'), (Camera(), 'zoom'), (Light(), 'colour'),
+                        (Surface(), 'roughness'), (Style(), 'fog'), (Scene(), 'ground')):
+        with pytest.raises(AttributeError, match=name):
+            setattr(thing, name, 4)
+
+
+@pytest.mark.parametrize('record, name, value', [
+    (Scene, 'pole_visible', 'no'), (Scene, 'platform_visible', None), (Style, 'outline', 'false'),
+    (Materials, 'flag', (205, 35, 40)), (Style, 'background', (0.7, 0.9, 1.0)),
+    (Style, 'samples', True), (Style, 'samples', '4'), (Style, 'samples', [4])])
+def test_what_is_of_another_type_is_refused_by_name(record, name, value):
+    with pytest.raises(ValueError, match=f'{name} must be'):
+        record(**{name: value})
 
 
 @pytest.mark.parametrize('name, value', [

@@ -13,6 +13,8 @@
 # limitations under the License.
 
 """Coverage against exact whole-number arithmetic, values against formulas."""
+from fractions import Fraction
+
 from flag_sim.drawing.clipping import GUARD
 from flag_sim.drawing.culling import ALONE, CHUNK, collect, cull, NARROW, SLIM
 from flag_sim.drawing.projection import project, SUBPIXELS
@@ -87,6 +89,13 @@ def some_triangles(kind, count, rng):
         along = rng.random((count, 1))
         triangles[:, 2] = triangles[:, 0] + np.round(
             along * (triangles[:, 1] - triangles[:, 0])) + rng.integers(-2, 3, (count, 2))
+    elif kind == 'thin':
+        # About a centre, no wider than what is drawn in groups.
+        centre = triangles[:, 0] // SUBPIXELS * SUBPIXELS
+        way = rng.integers((-7 * SUBPIXELS, -999 * SUBPIXELS), (7 * SUBPIXELS, 1000 * SUBPIXELS),
+                           (count, 2))
+        triangles = np.stack([centre - way, centre + way + rng.integers(-1, 2, (count, 2)),
+                              centre + rng.integers(-1, 2, (count, 2))], axis=1)
     elif kind == 'small':
         triangles = triangles[:, :1] + rng.integers(-400, 401, (count, 3, 2))
     elif kind == 'narrow':
@@ -253,6 +262,60 @@ def test_colours_of_slivers_do_not_wrap():
     for is_perspective_correct in (False, True):
         _, words = draw(corners, rng.uniform(0.1, 1, (3000, 3)), colours, is_perspective_correct)
         assert set(np.unique(words)) <= {0, 128 << 16 | 255 << 8}
+
+
+def shift_of(words, channel):
+    """Return a channel of packed words."""
+    return words >> np.uint32(8 * channel) & np.uint32(255)
+
+
+@pytest.mark.parametrize('kind', [ALONE, NARROW, SLIM])
+@pytest.mark.parametrize('is_painter', [False, True])
+@pytest.mark.parametrize('shift', [(0.0, 0.0), (0.46875, -0.46875)])
+def test_no_value_leaves_its_triangles_own_range(kind, is_painter, shift):
+    # Slivers, of which reversed Z and colours change by more from pixel to pixel than from corner
+    # to corner: whatever is rounded, a pixel shows something of the triangle.
+    rng = np.random.default_rng(10)
+    drawn, whole_shift = 0, np.int64(np.array(shift) * SUBPIXELS)
+    for triangle in some_triangles('thin', 400, rng) + whole_shift:
+        reversed_z, colours = rng.uniform(1 / 5.5, 1 / 4, 3), rng.uniform(0, 255, (3, 3))
+        for is_perspective_correct in (False, True):
+            depth, words = draw([triangle / SUBPIXELS], reversed_z, colours,
+                                is_perspective_correct, is_painter=is_painter, shift=shift,
+                                kind=kind)
+            expected = covered(triangle - whole_shift)
+            np.testing.assert_array_equal(depth > 0, expected)
+            drawn += expected.sum()
+            least, most = np.float32(reversed_z.min()), np.float32(reversed_z.max())
+            assert ((depth[expected] >= least) & (depth[expected] <= most)).all()
+            for channel in range(3):
+                levels = shift_of(words[expected], channel)
+                assert (levels >= int(colours[:, channel].min() + 0.5)).all()
+                assert (levels <= int(colours[:, channel].max() + 0.5)).all()
+    assert drawn > 100
+
+
+@pytest.mark.parametrize('kind', [ALONE, NARROW, SLIM])
+def test_values_by_exact_arithmetic(kind):
+    # Barycentric weights in whole numbers; one step of the grid in area tells how exact it can be.
+    rng = np.random.default_rng(12)
+    for triangle in some_triangles('thin', 300, rng):
+        reversed_z = rng.uniform(1 / 5.5, 1 / 4, 3)
+        depth, _ = draw([triangle / SUBPIXELS], reversed_z, kind=kind)
+        a, b, c = (tuple(int(x) for x in corner) for corner in triangle)
+
+        def area(p, q, r):
+            return (q[0] - p[0]) * (r[1] - p[1]) - (r[0] - p[0]) * (q[1] - p[1])
+
+        whole = area(a, b, c)
+        for v, u in zip(*np.nonzero(depth)):
+            centre = int(u) * SUBPIXELS, int(v) * SUBPIXELS
+            weights = (Fraction(area(centre, b, c), whole), Fraction(area(a, centre, c), whole),
+                       Fraction(area(a, b, centre), whole))
+            exact = float(sum(w * Fraction(s) for w, s in zip(weights, reversed_z)))
+            # The change a pixel, times some pixels, times float32's step.
+            slope = np.ptp(reversed_z) * 1000 * SUBPIXELS ** 2 / abs(whole)
+            assert abs(depth[v, u] - exact) <= 2e-7 * (1.0 + 64 * slope)
 
 
 def test_hostile_vertices_write_nothing_outside():

@@ -16,7 +16,7 @@
 import dataclasses
 import math
 
-from flag_sim.drawing import Camera, Light, Material, Materials, Picture, Scene, Style
+from flag_sim.drawing import Camera, Light, Materials, Picture, Scene, Style, Surface
 from flag_sim.drawing.tiles import PATTERNS
 
 import numpy as np
@@ -130,7 +130,7 @@ def test_a_straight_edge_has_the_coverage_of_its_samples():
             x, z = np.meshgrid([-30.0, part], [30.0, -30.0])
             flag = np.stack([x, np.zeros_like(x), z], axis=-1)
             rgb = Picture().draw(flag, None, camera, Light(ambient=1.0, intensity=0.0),
-                                 Materials(flag=Material(white)), nothing,
+                                 Materials(flag=Surface(white)), nothing,
                                  Style(black, samples=samples))
             share = np.mean(PATTERNS[samples][:, 0] < part)
             np.testing.assert_array_equal(rgb[:, :20], 255)

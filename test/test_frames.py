@@ -50,14 +50,62 @@ def test_in_real_time_a_gap_is_passed_over():
 
 
 def test_copies_are_told_from_new_frames():
-    """A frame that was served and comes again is a copy, however late."""
+    """A frame that was served and comes again is a copy; one far behind alone begins nothing."""
     order = FrameOrder()
     for index in range(100):
         assert order.arrive(tag(index, index), 'a') in (Arrival.NEW, Arrival.RESTART)
         assert served(order) == [index]
     assert order.arrive(tag(99, 99), 'a') is Arrival.AGAIN
-    assert order.arrive(tag(0), 'a') is Arrival.AGAIN
+    for late in (0, 50):
+        assert order.arrive(tag(late), 'a') is Arrival.STALE
+        assert order.arrive(tag(99, 99), 'a') is Arrival.AGAIN
     assert served(order) == []
+
+
+def rounds(order, frames, times):
+    """Return the indices that are served of frames that one sender plays again and again."""
+    out = []
+    for frame in times * frames:
+        order.arrive(frame, 'player')
+        out += served(order)
+    return out
+
+
+@pytest.mark.parametrize('frames, window', [
+    (3, 1), (6, 1), (40, 1), (300, 1), (5, 3), (9, 3), (40, 3), (10, 8), (40, 8)])
+def test_a_looped_bag_is_played_in_every_round(frames, window):
+    """By the same publisher, of the same take, however many may still have been asked for."""
+    bag = [tag(index, max(index - window + 1, 0)) for index in range(frames)]
+    assert rounds(FrameOrder(), bag, 3) == 3 * list(range(frames))
+
+
+def test_a_looped_bag_of_two_takes_is_played_in_every_round():
+    """The first take is older than the last one that was played, by the same publisher."""
+    bag = [tag(index, index, take) for take in (1, 2) for index in range(20)]
+    assert rounds(FrameOrder(), bag, 3) == 6 * list(range(20))
+
+
+def test_a_looped_bag_without_its_first_frames_is_played_in_every_round():
+    """As one has them whose recording began later, or that was played from the middle on."""
+    bag = [tag(index, index - 2) for index in range(12, 40)]
+    assert rounds(FrameOrder(), bag, 3) == 3 * list(range(12, 40))
+
+
+def test_a_frame_that_is_asked_for_again_after_a_jump_back_begins_a_round():
+    """A sender that waits for it sends nothing else."""
+    order = FrameOrder()
+    rounds(order, [tag(index) for index in range(40)], 1)
+    order.arrive(tag(0, take=0), 'player')
+    assert served(order) == []
+    order.arrive(tag(0, take=0), 'player')
+    assert served(order) == [0]
+
+
+def test_frames_that_were_never_sent_hold_up_nobody():
+    """A recording that lost some says by later frames that nobody waits for them any more."""
+    order = FrameOrder()
+    bag = [tag(index, max(index - 2, 0)) for index in range(20) if index not in (7, 8)]
+    assert rounds(order, bag, 1) == [i for i in range(20) if i not in (7, 8)]
 
 
 def test_a_later_take_begins_anew_and_an_earlier_one_is_stale():

@@ -13,6 +13,8 @@
 # limitations under the License.
 
 """The graph of real nodes: separate processes over real DDS, from wind to bag."""
+import signal
+
 from flag_sim.drawing.camera import Camera
 from flag_sim.nodes.graph import Graph
 import numpy as np
@@ -150,3 +152,26 @@ def test_lockstep_survives_a_bad_network(plain_bag, tmp_path, domain, seed):
         stamps = [stamp_of(message) for _, message in messages_of(tmp_path / 'bag', topic)]
         assert stamps == [round(n * 1e9 / 30.0) for n in range(FRAMES)], topic
     assert_same_data(plain_bag, tmp_path / 'bag')
+
+
+def test_leaving_a_graph_interrupts_each_node_once(tmp_path):
+    """A second signal would end one that is just closing its bag."""
+    asked = []
+
+    class Closing:
+
+        def __init__(self, name):
+            """Have a name to tell."""
+            self.name = name
+
+        def poll(self):
+            return None
+
+        def send_signal(self, number):
+            asked.append((self.name, number))
+
+        def wait(self, seconds):
+            return 0
+    with Graph(tmp_path, domain=0) as graph:
+        graph.processes.update(recorder=Closing('recorder'), renderer=Closing('renderer'))
+    assert asked == [('recorder', signal.SIGINT), ('renderer', signal.SIGINT)]

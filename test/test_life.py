@@ -13,19 +13,26 @@
 # limitations under the License.
 
 """How nodes end, and what they do while others are missing or tell them what to do."""
+import importlib
 import platform
 import resource
 import signal
 import subprocess
 import sys
+import time
 
 from builtin_interfaces.msg import Time
+from flag_sim.dials.catalogue import NODES
+from flag_sim.nodes.bag import Bag
 from flag_sim.nodes.graph import Graph
 from flag_sim.nodes.messages import to_stamp
 from geometry_msgs.msg import Vector3Stamped
 import pytest
+from rcl_interfaces.msg import ParameterEvent
+import rclpy
+from rclpy.clock import ClockType
 from std_msgs.msg import Empty, Header
-from support.shot import film, messages_of, SHOT, SMALL
+from support.shot import film, messages_of, SHOT, SMALL, stamp_of
 from support.watch import eventually, Watcher
 import yaml
 
@@ -51,6 +58,35 @@ def test_signals_end_every_node_cleanly(tmp_path, domain, number):
     images = messages_of(tmp_path / 'bag', '/camera/image_raw')
     assert len(images) > 10
     assert [time for time, _ in images] == [round(n * 1e9 / 30.0) for n in range(len(images))]
+
+
+@pytest.mark.parametrize('clock', ['true', 'false'])
+def test_the_simulations_time_stops_no_node(tmp_path, domain, clock):
+    """With use_sim_time everywhere, whether or not somebody publishes it, the shot ends."""
+    simulated = ['-p', 'use_sim_time:=true']
+    with Graph(tmp_path / 'log', domain) as graph:
+        extra = {node: list(simulated) for node in ('physics', 'renderer', 'recorder', 'wind')}
+        extra['wind'] += ['-p', f'publish_clock:={clock}']
+        assert film(graph, tmp_path / 'bag', 10, extra=extra) == 0, graph.log('wind')
+        assert graph.processes['recorder'].poll() == 0, graph.log('recorder')
+    assert len(messages_of(tmp_path / 'bag', '/camera/image_raw')) == 10
+
+
+@pytest.mark.parametrize('name', NODES)
+def test_what_is_about_the_real_world_goes_by_a_steady_clock(tmp_path, domain, name):
+    """All timers of all nodes: frames come as messages."""
+    module = importlib.import_module(f'flag_sim.nodes.{name}')
+    bag = Bag(tmp_path / 'bag', 'mcap', 'none')
+    bag.add_topic('/parameters', ParameterEvent)
+    bag.close()
+    path = tmp_path / ('bag' if name == 'player' else 'new')
+    with rclpy.init(domain_id=domain, args=['--ros-args', '-p', 'use_sim_time:=true',
+                                            '-p', f'path:={path}', '-p', 'frames:=1']):
+        node = getattr(module, name.capitalize())()
+        node.create_timer(1.0, lambda: None)
+        assert {timer.clock.clock_type for timer in node.timers} == {ClockType.STEADY_TIME}
+        node.close()
+        node.destroy_node()
 
 
 def test_a_recorder_overwrites_nothing(tmp_path, domain):
@@ -220,7 +256,7 @@ def test_autokey_makes_keys_that_play_again(tmp_path, domain):
         after = to_stamp(done[-1].stamp) / 1e9
         for _ in range(20):
             watcher.spin()
-        content = yaml.safe_load(saved.read_text())['/wind']['ros__parameters']
+        content = yaml.safe_load(saved.read_text())['/**/wind']['ros__parameters']
         assert content['tracks'] == ['physics.gravity']
         assert content['keys.physics.gravity.values'] == [9.81, 1.5]
         # Until the key it is as it was seen: it does not glide there from the beginning.
@@ -277,6 +313,22 @@ def test_real_time_keeps_to_the_clock(tmp_path, domain):
     assert all(stamp % 20_000_000 == 0 for stamp in stamps)
     assert sorted(set(stamps)) == stamps and stamps[-1] <= 99 * 20_000_000
     assert {to_stamp(message.clock) for message in clock} >= set(stamps[5:])
+
+
+def test_stamps_by_the_wall_clock_match_those_of_sensors(tmp_path, domain):
+    """Every topic of a frame has one stamp, which another clock of this machine agrees with."""
+    begin = time.time_ns()
+    with Graph(tmp_path / 'log', domain) as graph:
+        assert film(graph, tmp_path / 'bag', 10, extra={
+            'wind': ['-p', 'stamp.clock:=wall', '-p', 'pace:=lockstep']}) == 0, graph.log('wind')
+    end = time.time_ns() + 10**9 * 10 // 30  # lockstep may be faster than the shot
+    images, infos, clouds = (
+        [(at, stamp_of(message)) for at, message in messages_of(tmp_path / 'bag', topic)]
+        for topic in ('/camera/image_raw', '/camera/camera_info', '/vertices'))
+    assert images == infos == clouds and len(images) == 10
+    assert all(begin < at == stamp < end for at, stamp in images)
+    first = images[0][0]
+    assert [at - first for at, _ in images] == [round(n * 1e9 / 30.0) for n in range(10)]
 
 
 def test_the_bag_can_be_sqlite(tmp_path, domain):

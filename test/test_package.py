@@ -18,11 +18,14 @@ import os
 from pathlib import Path
 import re
 import runpy
+import shutil
 import subprocess
 import sys
+import zipfile
 
 from catkin_pkg.changelog import get_changelog_from_path
 from catkin_pkg.package import parse_package
+from flag_sim.dials.catalogue import NODES
 import pytest
 import setuptools
 
@@ -142,6 +145,9 @@ def test_import_of_the_tests_is_declared(name, package, setup):
 
 
 def test_every_executable_is_a_module(setup):
+    """Of which test_usage asks all for --help: nodes that have dials, study and tune."""
+    assert set(NODES) | {'study', 'tune'} == {
+        command.split()[0] for command in setup['entry_points']['console_scripts']}
     for command in setup['entry_points']['console_scripts']:
         module = re.fullmatch(r'(\w+) = flag_sim\.(nodes\.\1|study\.(\1|__main__)):main',
                               command)
@@ -170,6 +176,26 @@ def test_a_ros2_of_wheels_hands_its_libraries_to_nobody(tmp_path):
         assert said[0] == 'an argument'
         assert f'LD_LIBRARY_PATH={left}' in said
         assert not [line for line in said if line.startswith('_ROS_WHEELS')]
+
+
+def test_an_editable_install_serves_ros2_too(setup, tmp_path):
+    """Its wheel has the index entry that `ros2 pkg` looks for, and `ros2 run`'s executables."""
+    for name in ('setup.py', 'setup.cfg', 'pyproject.toml', 'package.xml', 'README.md'):
+        shutil.copy(ROOT / name, tmp_path)
+    for name in ('config', 'resource'):
+        shutil.copytree(ROOT / name, tmp_path / name)
+    (tmp_path / 'flag_sim').mkdir()
+    (tmp_path / 'flag_sim' / '__init__.py').touch()
+    build = 'from setuptools import build_meta; build_meta.build_editable("wheels")'
+    (tmp_path / 'wheels').mkdir()
+    subprocess.run([sys.executable, '-c', build], cwd=tmp_path, check=True, capture_output=True)
+    with zipfile.ZipFile(next((tmp_path / 'wheels').glob('*.whl'))) as wheel:
+        modes = {re.sub('^.*[.]data/data/', '', info.filename): info.external_attr >> 16
+                 for info in wheel.infolist()}
+    assert 'share/ament_index/resource_index/packages/flag_sim' in modes
+    assert {'share/flag_sim/package.xml', 'share/flag_sim/config/gust.yaml'} < set(modes)
+    for command in setup['entry_points']['console_scripts']:
+        assert modes[f'lib/flag_sim/{command.split()[0]}'] & 0o111 == 0o111
 
 
 def test_every_config_is_installed(setup):

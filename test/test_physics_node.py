@@ -310,8 +310,9 @@ def test_a_gap_made_by_compiling_is_not_blamed_on_others(bench, capfd, monkeypat
     bench.frame(6 * FRAME)
     bench.frame(6 * FRAME + 0.4)
     said = capfd.readouterr().err
-    assert re.search(r'0\.400 s between two frames is more than max_gap = 0\.2 s: .*; physics '
-                     r'itself was busy for \d+\.\d s, compiling solver verlet in float64', said)
+    assert '0.400 s between two frames is more than max_gap = 0.2 s: ' in said
+    assert re.search(r'physics itself was busy for \d+\.\d s, (compil|load)ing solver verlet in '
+                     r'float64', said)
     bench.frame(6 * FRAME + 5.0)
     said = capfd.readouterr().err
     assert 'more than max_gap' in said and 'busy' not in said

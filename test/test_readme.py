@@ -19,8 +19,9 @@ import subprocess
 import sys
 
 from flag_sim.dials.catalogue import NODES, SCENE
-from flag_sim.nodes.keys import read_timeline
+from flag_sim.nodes import keys
 from flag_sim.nodes.topics import TOPICS
+import numpy as np
 import pytest
 import yaml
 
@@ -75,15 +76,41 @@ def test_the_library_example_runs(tmp_path):
 
 @pytest.mark.parametrize('path', sorted((ROOT / 'config').glob('*.yaml')), ids=lambda p: p.name)
 def test_params_files_name_real_parameters(path):
-    """Every value in config/ is one that its node accepts."""
+    """Every value in config/ is one that its node accepts, in whatever namespace it is."""
     for node, content in yaml.safe_load(path.read_text()).items():
-        dials = {dial.name: dial for dial in NODES[node.strip('/')]}
+        dials = {dial.name: dial for dial in NODES[node.removeprefix('/**/')]}
         for name, value in content['ros__parameters'].items():
             if not name.startswith('keys.'):
                 dials[name].accept(value)
-        if node == '/wind':
+        if node == '/**/wind':
             values = {name: dial.default for name, dial in dials.items()}
-            read_timeline({**values, **content['ros__parameters']})
+            keys.read_timeline({**values, **content['ros__parameters']})
+
+
+KEYFRAMES = (ROOT / 'docs' / 'keyframes.md').read_text()
+EXAMPLES = [yaml.safe_load(block)['/wind']['ros__parameters']
+            for block in re.findall(r'```yaml\n(.*?)```', README + KEYFRAMES, re.DOTALL)]
+DEFAULTS = {dial.name: dial.default for dial in NODES['wind']}
+
+
+@pytest.mark.parametrize('example', EXAMPLES, ids=lambda example: example['tracks'][0])
+def test_the_examples_of_keyframes_play_without_a_warning(example):
+    """All keys that they show are good ones, of the parameters that there are."""
+    for name in example.keys() - DEFAULTS.keys():
+        assert keys.is_key_name(name)
+        keys.accept_keys(name, example[name])
+    assert not keys.warnings(keys.read_timeline({**DEFAULTS, **example}))
+
+
+def test_the_turntable_turns_on_and_on():
+    """Once around in eight seconds, at one speed, also where a round ends."""
+    example = next(example for example in EXAMPLES if 'renderer.camera.azimuth' in
+                   example['tracks'])
+    timeline = keys.read_timeline({**DEFAULTS, **example})
+    angles = [keys.values_at(timeline, frame / 30.0)['renderer.camera.azimuth']
+              for frame in range(1000)]
+    steps = np.diff(np.unwrap(angles))
+    assert np.allclose(steps, 2.0 * np.pi / 240.0, rtol=0.0, atol=1e-5)
 
 
 PAGES = ['README.md', *(f'docs/{path.name}' for path in sorted(ROOT.glob('docs/*.md')))]

@@ -22,7 +22,7 @@ from flag_sim.nodes.bag import Bag, RecordedTopics
 from flag_sim.nodes.frames import Tag
 from flag_sim.nodes.graph import Graph
 from flag_sim.nodes.parameters import BadParameter
-from flag_sim.nodes.recorder import counted, serialized_stamp
+from flag_sim.nodes.recorder import counted, TAKE_GAP
 import numpy as np
 import pytest
 from rcl_interfaces.msg import ParameterEvent
@@ -73,7 +73,8 @@ def test_an_older_take_of_another_sender_is_recorded(tmp_path, domain):
         assert graph.end('recorder') == 0
         assert graph.log('recorder').count('another take begins') == 2
         assert '7 frames' in graph.log('recorder') and '3 takes' in graph.log('recorder')
-    stamps = [serialized_stamp(data) for _, _, data in recorded(tmp_path / 'bag', 'parameters')]
+    stamps = [messages.serialized_stamp(data)
+              for _, _, data in recorded(tmp_path / 'bag', 'parameters')]
     assert stamps == [0, *2 * [0, FRAME, 2 * FRAME]]
 
 
@@ -109,20 +110,51 @@ def test_malformed_bytes_are_left_out(tmp_path, domain):
     assert not recorded(tmp_path / 'bag', 'keyframe')
 
 
+def send_once(out, done, watcher, frames):
+    """Publish messages, the first until it is heard and the others once; wait for the last."""
+    eventually(lambda: out.publish(frames[0]) or done, watcher)
+    for _ in range(20):  # the answers to its copies are on their way
+        watcher.spin(0.1)
+    del done[:]
+    for message in frames[1:]:
+        out.publish(message)
+        watcher.spin(0.1)
+    last = frames[-1].stamp
+    eventually(lambda: any(message.stamp == last for message in done), watcher)
+
+
 def test_takes_that_no_bag_can_hold_are_left_out(tmp_path, domain):
     """Each begins where the last one ended: the fifth of 68 years each is beyond 2**63 ns."""
+    frames = [frame(take, index) for take in range(1, 7) for index in range(2)]
+    for message in frames[1::2]:
+        message.stamp.sec = 2**31 - 1
+    frames[-1].stamp.sec = 1  # after the fifth the sixth is recorded
     with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
         out, done = watcher.publisher('parameters'), watcher.listen('frame_done')
         graph.start('recorder', '-p', f'path:={tmp_path / "bag"}', '-p', 'topics:=[parameters]',
                     '-p', 'storage:=sqlite3')
-        for take in range(1, 6):
-            last = frame(take, 0)
-            last.stamp.sec = 2**31 - 1
-            del done[:]
-            eventually(lambda: out.publish(last) or (
-                'than a bag can hold' in graph.log('recorder') if take == 5 else done), watcher)
+        send_once(out, done, watcher, frames)
         assert graph.end('recorder') == 0, graph.log('recorder')
-    assert len(recorded(tmp_path / 'bag', 'parameters')) == 4
+        assert 'than a bag can hold' in graph.log('recorder')
+    assert len(recorded(tmp_path / 'bag', 'parameters')) == len(frames) - 1
+
+
+def test_takes_follow_one_another_wherever_their_stamps_begin(tmp_path, domain):
+    """By the wall clock a take has its own place in the bag; else it follows the one before."""
+    begins = [1_796_000_000, 1_796_000_060, 1_796_000_060, 0]  # [s]
+    frames = [frame(take, index) for take in range(1, 5) for index in range(2)]
+    for n, message in enumerate(frames):
+        message.stamp.sec += begins[n // 2]
+    with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
+        out, done = watcher.publisher('parameters'), watcher.listen('frame_done')
+        graph.start('recorder', '-p', f'path:={tmp_path / "bag"}', '-p', 'topics:=[parameters]')
+        send_once(out, done, watcher, frames)
+        assert graph.end('recorder') == 0, graph.log('recorder')
+    second = (begins[1] - begins[0]) * 10**9
+    third = second + FRAME + TAKE_GAP
+    fourth = third + FRAME + TAKE_GAP
+    assert [at - begins[0] * 10**9 for _, at, _ in recorded(tmp_path / 'bag', 'parameters')] == [
+        0, FRAME, second, second + FRAME, third, third + FRAME, fourth, fourth + FRAME]
 
 
 def test_a_full_disk_ends_sqlite_with_a_clear_error(tmp_path, domain):

@@ -16,8 +16,7 @@
 from flag_sim.cloth import Air, Material, Stepping
 from flag_sim.dials.catalogue import NODES
 from flag_sim.dials.settings import cloth_of, hang_of, look_of
-from flag_sim.drawing import Camera, Light, Materials, Scene, Style
-from flag_sim.drawing import Material as Surface
+from flag_sim.drawing import Camera, Light, Materials, Scene, Style, Surface
 import pytest
 
 RED = (205.0, 35.0, 40.0)
@@ -46,6 +45,11 @@ def test_a_dial_of_the_look(dial):
     value, part, expected = MAKES[dial]
     born = look_of(values_of('renderer'))
     assert look_of(values_of('renderer', **{dial: value})) == born._replace(**{part: expected})
+
+
+def test_a_colour_that_fades_to_black_passes_what_people_may_not_give():
+    look = look_of(values_of('renderer', background=[0.5, 0.2, 0.0], flag__color=[0.9, 0.0, 0.0]))
+    assert look.style.background == look.materials.flag.color == (0.0, 0.0, 0.0)
 
 
 def test_the_dials_of_the_cloth():

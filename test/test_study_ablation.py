@@ -20,12 +20,13 @@ from flag_sim.cloth.forces import Forcing
 from flag_sim.cloth.model import Model
 from flag_sim.cloth.state import State
 from flag_sim.dials.settings import cloth_of
-from flag_sim.study import ablation, plots
-from flag_sim.study.pairs import Pairs
-from flag_sim.study.settings import defaults
-from flag_sim.study.store import Store
-from flag_sim.study.terms import CONTROL, finer, settings_of, SHOTS, Term, TERMS
-from flag_sim.study.true_wind import TrueWind, TrueWindCloth
+from flag_sim.study import plots, runner
+from flag_sim.study.measures.ablation_runs import AblationRuns
+from flag_sim.study.measures.ablation_terms import (
+    CONTROL, finer, settings_of, SHOTS, Term, TERMS, TrueWind, TrueWindCloth)
+from flag_sim.study.measures.settings import defaults
+from flag_sim.study.runner import Store
+from flag_sim.study.sections import ablation
 import numpy as np
 import pytest
 from support.budgets import FewRows
@@ -43,7 +44,7 @@ def measured(name, shot='fresh', **others):
 
 @pytest.mark.parametrize('term', TERMS, ids=lambda term: term.name)
 def test_one_of_on_and_off_is_the_default_and_the_reason_says_which(term):
-    """And the dials of the other one exist, and are other than the default."""
+    """And the parameters of the other one exist, and are other than the default."""
     changes = {**term.on, **term.off}
     assert not (term.on and term.off)
     assert (bool(changes) or bool(term.remake)) == (term.name != CONTROL)
@@ -52,7 +53,7 @@ def test_one_of_on_and_off_is_the_default_and_the_reason_says_which(term):
     if term.name != CONTROL:
         assert term.why.startswith('off: ' if term.on else 'on: ')
     for shot in term.shots:
-        settings_of(term, SHOTS[shot])  # raises for an unknown dial
+        settings_of(term, SHOTS[shot])  # raises for an unknown parameter
 
 
 def test_without_gravity_the_flag_does_not_sink():
@@ -108,7 +109,7 @@ def test_a_run_that_diverges_is_told_by_dashes():
                                'speed': 200.0, 'substeps_limit': 5}, ('fresh',), 'on: ')
     row = ablation.measure(storm, SMALL)
     assert row['px_rms'] is row['shape_px'] is row['psnr_db'] is row['changed'] is None
-    text = ablation.section([{'key': 'x', **row, 'term': 'wind', 'shot': 'fresh'}])
+    text = ablation.text([{'key': 'x', **row, 'term': 'wind', 'shot': 'fresh'}])
     assert '| wind | fresh | – | – | – | – | – | – |' in text
 
 
@@ -179,18 +180,17 @@ def test_a_wind_that_does_not_know_the_velocity_moves_the_cloth_more():
     assert row['px_rms'] > 1.0 and row['energy'] > 1.0
     assert all(row[name] is None for name in TIMES)
     key = {'key': 'x', 'term': 'wind relative to the cloth', 'shot': 'fresh'}
-    assert '| – | – | on: the air brakes' in ablation.section([key | row])
+    assert '| – | – | on: the air brakes' in ablation.text([key | row])
 
 
 def test_runs_on_nested_grids_begin_in_the_same_state():
     """Every node of the coarse grid is one of the fine, and dashpots are the same sheet's."""
-    settings = settings_of(BY_NAME['finer grid'], {})
-    pairs = Pairs(*settings)
-    start = pairs.starts(1)[0]
-    fine, coarse = (pairs.begin(which, start) for which in range(2))
+    runs = AblationRuns(BY_NAME['finer grid'], {})
+    start = runs.starts(1)[0]
+    fine, coarse = (runs.begin(which, start) for which in range(2))
     assert fine.positions.shape[:2] == (41, 61) == (finer()['grid.rows'], finer()['grid.columns'])
-    assert np.array_equal(*pairs.common(fine.positions, coarse.positions))
-    assert np.array_equal(*pairs.common(fine.velocities, coarse.velocities))
+    assert np.array_equal(*runs.common(fine.positions, coarse.positions))
+    assert np.array_equal(*runs.common(fine.velocities, coarse.velocities))
     # A sheet's dashpots, in N s/m across the cells that lie beside one another: the same.
     dashpots = [Model(cloth.mesh, cloth.material).spring_c[0] for cloth in (fine, coarse)]
     assert dashpots[0] == pytest.approx(dashpots[1])
@@ -201,7 +201,7 @@ def test_an_interrupted_ablation_goes_on_where_it_was(tmp_path, monkeypatch):
     monkeypatch.setattr(ablation, 'measure', lambda term, scene: {'px_rms': len(scene)})
     for rows in (5, 7, 1000):
         store = Store(tmp_path, {})
-        ablation.run(store, FewRows(rows))
+        runner.measure(ablation, store, FewRows(rows))
         keys = [row['key'] for row in store.rows(ablation.NAME)]
         assert keys[:5] == [f'{term.name}/{term.shots[0]}' for term in TERMS[:5]]
     assert sorted(keys) == sorted(f'{term.name}/{shot}' for term in TERMS for shot in term.shots)

@@ -15,8 +15,9 @@
 """Which settings are taken, from tables of costs that are made up."""
 import math
 
-from flag_sim.study import choice, params, summary
-from flag_sim.study.choice import choose, Option, predicted
+from flag_sim.study import params_file
+from flag_sim.study.measures import summary
+from flag_sim.study.search import choose, Option, predicted, SURE
 from hypothesis import given, strategies as st
 import numpy as np
 import pytest
@@ -165,31 +166,31 @@ def test_params_files_are_read_as_nodes_read_them(tmp_path):
                     '/cam/renderer:\n  ros__parameters:\n    camera: {distance: 3.0}\n'
                     '    threads: 2\n'
                     '/wind:\n  ros__parameters:\n    pace: lockstep\n')
-    settings, others = params.read(path)
+    settings, others = params_file.read(path)
     assert (settings['pole.height'], settings['camera.distance']) == (12.0, 3.0)
     assert settings['drawing.threads'] == 2
     assert others == ['wind.pace']
     for text in ('[1]', '/wind: 3', 'a: [', ''):
         path.write_text(text)
         with pytest.raises(ValueError, match='is not'):
-            params.read(path)
+            params_file.read(path)
     with pytest.raises(ValueError, match='cannot be read'):
-        params.read(tmp_path / 'none.yaml')
+        params_file.read(tmp_path / 'none.yaml')
 
 
 def test_a_written_file_keeps_types(tmp_path):
     """A float without decimals must not become a whole number, which ROS refuses."""
     path = tmp_path / 'new.yaml'
     values = {'a': 60.0, 'b': 0.05, 'c': 31, 'd': 'symplectic', 'e': 1e-3 / 3.0, 'f': 1e9}
-    params.write(path, ['what', '', 'it is'], {'physics': values})
-    known = yaml.safe_load(path.read_text())['/physics']['ros__parameters']
+    params_file.write(path, ['what', '', 'it is'], {'physics': values})
+    known = yaml.safe_load(path.read_text())['/**/physics']['ros__parameters']
     assert known == pytest.approx(values, abs=1e-6)
     assert [type(value) for value in known.values()] == [type(v) for v in values.values()]
     with pytest.raises(FileExistsError):
-        params.write(path, [], {})
+        params_file.write(path, [], {})
     with pytest.raises(ValueError, match='exists'):
-        params.check_new(path)
+        params_file.check_new(path)
     with pytest.raises(ValueError, match='no folder'):
-        params.check_new(tmp_path / 'none' / 'x.yaml')
+        params_file.check_new(tmp_path / 'none' / 'x.yaml')
     assert [p.name for p in tmp_path.iterdir()] == ['new.yaml']
-    assert choice.SURE > 0.0
+    assert SURE > 0.0

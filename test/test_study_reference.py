@@ -15,9 +15,9 @@
 """References are what they are said to be."""
 from flag_sim.cloth.model import Model
 from flag_sim.dials.settings import cloth_of
-from flag_sim.study import reference, settings
-from flag_sim.study.reference import nested, on_grid, Reference
-from flag_sim.study.trial import Trials
+from flag_sim.study.measures import reference, settings
+from flag_sim.study.measures.reference import nested, on_grid, Reference
+from flag_sim.study.measures.trials import Trials
 import numpy as np
 import pytest
 
@@ -38,9 +38,9 @@ def soon(monkeypatch):
         monkeypatch.setattr(reference, name, value)
 
 
-def test_an_unknown_dial_is_refused():
+def test_an_unknown_parameter_is_refused():
     """By its name."""
-    with pytest.raises(ValueError, match='no dial stifness'):
+    with pytest.raises(ValueError, match='no parameter stifness'):
         settings.defaults(stifness=1.0)
 
 

@@ -17,33 +17,35 @@ import os
 import re
 
 from flag_sim.study import __main__ as study
-from flag_sim.study import convergence, dials, frontier, horizon, longrun, methods, plots
-from flag_sim.study import machine, reference, scene, sessions, settings
-from flag_sim.study.store import MARK
+from flag_sim.study import machine, plots, runner, sections
+from flag_sim.study.measures import reference, settings, trials
+from flag_sim.study.runner import MARK
+from flag_sim.study.sections import (
+    convergence, frontier, horizon, longrun, methods, parameters)
 import numpy as np
 import pytest
 
-PARTS = (convergence, methods, horizon, longrun, dials, frontier)
+SECTIONS = (convergence, methods, horizon, longrun, parameters, frontier)
 
 
 @pytest.fixture
 def small(monkeypatch):
     """Make everything small: a grid of 7 x 5 beside 4 x 3 and 13 x 9, and short shots."""
-    base = settings.changed(scene.BASE, {'grid.rows': 5, 'grid.columns': 7, 'width': 64,
-                                         'height': 48})
+    base = settings.changed(trials.BASE, {
+        'grid.rows': 5, 'grid.columns': 7, 'width': 64, 'height': 48})
     for module, name, value in (
-            (scene, 'BASE', base), (scene, 'FINEST', (17, 25)),
+            (trials, 'BASE', base), (trials, 'FINEST', (17, 25)),
             (reference, 'SPIN_UP', 0.2), (reference, 'SPACING', 0.1),
             (reference, 'LEAD', 1.0 / 30.0),
             (convergence, 'COLUMNS', (4, 7, 13)), (convergence, 'WINDOWS', 2),
             (methods, 'STEPS', (4, 16, 64)), (horizon, 'FRAMES', 5),
             (longrun, 'SETTLE', 0.1), (longrun, 'LENGTH', 4.0),
-            (dials, 'COLUMNS', (4, 13)), (frontier, 'COLUMNS', (4, 7, 13)),
-            (frontier, 'TURNS', 1), (study, 'PARTS', PARTS)):
+            (parameters, 'COLUMNS', (4, 13)), (frontier, 'COLUMNS', (4, 7, 13)),
+            (frontier, 'TURNS', 1), (study, 'all_sections', lambda: SECTIONS)):
         monkeypatch.setattr(module, name, value)
-    scene.trials.cache_clear()
+    trials.base_trials.cache_clear()
     yield
-    scene.trials.cache_clear()
+    trials.base_trials.cache_clear()
 
 
 def run(folder, *more):
@@ -53,19 +55,19 @@ def run(folder, *more):
 
 def test_a_study_makes_its_report_and_is_gone_on_with(small, tmp_path, capsys, monkeypatch):
     """Interrupted in the midst and run again, it measures nothing twice, and tells all."""
-    whole = frontier.run
+    whole = frontier.batches
 
-    def interrupted(store, budget):
+    def interrupted(store):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(frontier, 'run', interrupted)
+    monkeypatch.setattr(frontier, 'batches', interrupted)
     folder = tmp_path / 'study'
     assert run(folder) == 130
     assert 'the same command goes on' in capsys.readouterr().err
     before = {path: path.read_text() for path in folder.glob('*.csv')}
     assert len(before) == 6 and not (folder / 'report.md').exists()
 
-    monkeypatch.setattr(frontier, 'run', whole)
+    monkeypatch.setattr(frontier, 'batches', whole)
     assert run(folder) == 0
     assert capsys.readouterr().out.strip() == str(folder / 'report.md')
     for path, text in before.items():
@@ -79,27 +81,27 @@ def test_a_study_makes_its_report_and_is_gone_on_with(small, tmp_path, capsys, m
     assert len(shown) == 6
     for name in shown:
         assert (folder / name).read_bytes().startswith(b'\x89PNG')
-    # Every setting stands in the table of dials; the source's scheme in every table of methods.
+    # Every setting stands in the table of parameters; the source's scheme in all of methods.
     assert text.count('| solver | seed |') == 1 and '| seed |' in text
 
 
 def test_results_are_the_same_in_every_run(small, tmp_path, monkeypatch):
     """Every number but times, to the last digit."""
-    some, tables = (convergence, horizon, dials), []
-    monkeypatch.setattr(study, 'PARTS', some)
+    some, tables = (convergence, horizon, parameters), []
+    monkeypatch.setattr(study, 'all_sections', lambda: some)
     for name in 'ab':
-        scene.trials.cache_clear()
+        trials.base_trials.cache_clear()
         assert run(tmp_path / name) == 0
-        tables.append({part.NAME: study.Store(tmp_path / name, {}).rows(part.NAME)
-                       for part in some})
-    for part, rows in tables[0].items():
-        both = {row['key']: row for row in tables[1][part]}
+        tables.append({section.NAME: study.Store(tmp_path / name, {}).rows(section.NAME)
+                       for section in some})
+    for name, rows in tables[0].items():
+        both = {row['key']: row for row in tables[1][name]}
         shared = [row for row in rows if row['key'] in both]
         assert len(shared) >= min(len(rows), len(both)) > 0
         for row in shared:
             for column, value in row.items():
                 if not column.endswith('_ms'):
-                    assert both[row['key']][column] == value, (part, row['key'], column)
+                    assert both[row['key']][column] == value, (name, row['key'], column)
 
 
 def test_without_matplotlib_there_are_tables(small, tmp_path, monkeypatch):
@@ -111,9 +113,32 @@ def test_without_matplotlib_there_are_tables(small, tmp_path, monkeypatch):
     assert not list((tmp_path / 'study').glob('*.png'))
 
 
+def test_a_section_of_the_report_is_one_file(tmp_path, monkeypatch):
+    """A module put beside the others is measured, resumed, and has its place in the report."""
+    (tmp_path / 'room').mkdir()
+    (tmp_path / 'room' / 'answers.py').write_text(
+        'from flag_sim.study.report import table\n'
+        'from flag_sim.study.runner import Batch\n'
+        "PLACE, NAME, SHARE = 0.5, 'answers', 1.0\n"
+        'def batches(store):\n'
+        "    yield Batch('all', {'why': lambda: {'found_m': 42.0}}, True)\n"
+        'def text(rows):\n'
+        "    return '## Answers\\n\\n' + table(['found m'], [[rows[0]['found_m']]])\n")
+    own = [section.NAME for section in sections.all_sections()]
+    monkeypatch.setattr(sections, '__path__', [*sections.__path__, str(tmp_path / 'room')])
+    found = sections.all_sections()
+    assert [section.NAME for section in found] == ['answers', *own]
+    monkeypatch.setattr(study, 'all_sections', lambda: found[:1])
+    for _ in range(2):
+        assert run(tmp_path / 'study') == 0
+        assert (tmp_path / 'study' / 'answers.csv').read_text() == 'key,found_m\nwhy,42.0\n'
+    text = (tmp_path / 'study' / 'report.md').read_text()
+    assert '## Answers\n\n| found m |\n| :-- |\n| 42 |\n\nAll numbers: [answers.csv]' in text
+
+
 def test_a_busy_machine_is_reported(small, tmp_path, monkeypatch):
     """With how much it was; a machine that does not tell is not called busy."""
-    monkeypatch.setattr(study, 'PARTS', ())
+    monkeypatch.setattr(study, 'all_sections', tuple)
     monkeypatch.setattr(machine, 'cores', lambda: 4)  # a quarter of them is 1
     for others, words in ((1.25, 'busy with something else (it took 1.25 processors'),
                           (0.1, 'processors kept busy by others | 0.10'),
@@ -128,14 +153,14 @@ def test_a_busy_machine_is_reported(small, tmp_path, monkeypatch):
 def test_all_sessions_of_a_study_count(tmp_path, monkeypatch):
     """Three busy seconds before an interruption, one idle second after it."""
     store = study.Store(tmp_path, {})
-    assert sessions.taken_by_others(store) is None
+    assert runner.taken_by_others(store) is None
     for taken, busy in ((3.0, 1.6), (1.0, 0.0), (9.0, None)):
         monkeypatch.setattr(machine.Watch, 'seconds', lambda self, taken=taken: taken)
         monkeypatch.setattr(machine.Watch, 'others', lambda self, busy=busy: busy)
         with pytest.raises(KeyboardInterrupt):
-            with sessions.session(store):
+            with runner.session(store):
                 raise KeyboardInterrupt
-    assert sessions.taken_by_others(study.Store(tmp_path, {})) == pytest.approx(1.2)
+    assert runner.taken_by_others(study.Store(tmp_path, {})) == pytest.approx(1.2)
 
 
 def test_work_of_others_is_told_from_ones_own(monkeypatch):

@@ -19,8 +19,10 @@ import signal
 import subprocess
 import sys
 import time
+from types import SimpleNamespace
 
-from flag_sim.study.store import Store
+from flag_sim.study import runner
+from flag_sim.study.runner import Store
 import pytest
 
 SAME = {'version': 1, 'machine': 'this'}
@@ -50,7 +52,7 @@ def test_half_a_row_is_cut_off(tmp_path):
 
 def test_a_killed_process_loses_at_most_its_present_row(tmp_path):
     """SIGKILL while rows are written as fast as they can be."""
-    code = ('from flag_sim.study.store import Store; import itertools; '
+    code = ('from flag_sim.study.runner import Store; import itertools; '
             f'store = Store({str(tmp_path / "s")!r}, {SAME!r})\n'
             'for n in itertools.count(): store.add("part", {"key": str(n), "x": n / 7}); '
             'print(n, flush=True)')
@@ -82,7 +84,7 @@ def test_other_folders_are_refused(tmp_path):
         Store(tmp_path / 'mine' / 'letter.txt' / 'below', SAME)
 
 
-def test_rows_of_a_part_are_alike(tmp_path):
+def test_rows_of_a_section_are_alike(tmp_path):
     """Other columns and keys that are there already are mistakes."""
     store = Store(tmp_path, SAME)
     store.add('part', {'key': 'a', 'x': 1})
@@ -92,13 +94,12 @@ def test_rows_of_a_part_are_alike(tmp_path):
 
 
 def test_time_is_shared(monkeypatch):
-    """What one part does not use the next may have."""
-    from flag_sim.study import budget
+    """What one section does not use the next may have."""
     now = [0.0]
     monkeypatch.setattr(time, 'monotonic', lambda: now[0])
-    monkeypatch.setattr(budget.Budget.__init__, '__defaults__', (time.monotonic, None))
     found = []
-    for part, own in budget.share(100.0, [('a', 'a', 1.0), ('b', 'b', 3.0)]):
+    for _, own in runner.share(100.0, [SimpleNamespace(NAME='a', SHARE=1.0),
+                                       SimpleNamespace(NAME='b', SHARE=3.0)]):
         found.append(own.left())
         assert own.allows(own.left() - 1.0) and not own.allows(own.left())
         now[0] += 5.0

@@ -17,19 +17,17 @@ from pathlib import Path
 import re
 
 from flag_sim.dials.catalogue import NODES
-from flag_sim.study import reference, search, tune
-from flag_sim.study.trial import Trials
+from flag_sim.study import search, tune
+from flag_sim.study.measures.trials import Trials
 import pytest
+from support.study import SMALL
 import yaml
 
 
 @pytest.fixture(autouse=True)
 def small(monkeypatch, tmp_path):
-    """Make everything small: grids up to 13 x 9, two windows soon after the start."""
-    for module, name, value in (
-            (search, 'FINEST', (17, 25)), (search, 'WINDOWS', 2), (search, 'CHECKS', 2),
-            (search, 'LASTING', 0.2), (reference, 'SPIN_UP', 0.2), (reference, 'SPACING', 0.1),
-            (reference, 'LEAD', 1.0 / 30.0)):
+    """Make everything small."""
+    for module, name, value in SMALL:
         monkeypatch.setattr(module, name, value)
     (tmp_path / 'mine.yaml').write_text(
         '/wind:\n  ros__parameters:\n    speed: 7\n'
@@ -40,7 +38,7 @@ def small(monkeypatch, tmp_path):
 def assert_names_its_nodes(text):
     """Assert that a params file tells to give it to just those nodes that it has values for."""
     told = re.search('# Give it to (.*), after your own params file', text)[1]
-    assert [f'/{node}' for node in re.split(', | and ', told)] == list(yaml.safe_load(text))
+    assert [f'/**/{node}' for node in re.split(', | and ', told)] == list(yaml.safe_load(text))
 
 
 def run(folder, error_px, *more, rate=30.0):
@@ -59,20 +57,20 @@ def refused(capsys, *arguments):
 
 def test_the_file_is_one_that_the_nodes_take(tmp_path, capsys):
     """
-    Every value is legal for its dial and of its type; a coarse grid suffices for 20 px.
+    Every value is legal for its parameter and of its type; a coarse grid suffices for 20 px.
 
-    It has the user's own dials too: they are what its promise is for.
+    It has the user's own parameters too: they are what its promise is for.
     """
     assert run(tmp_path, 20.0) == 0
     text = (tmp_path / 'tuned.yaml').read_text()
     assert text == capsys.readouterr().out
     assert '64 x 48' in text and '20 px are allowed.' in text and 'MISSED' not in text
     for node, block in yaml.safe_load(text).items():
-        dials = {dial.name: dial for dial in NODES[node.strip('/')]}
+        dials = {dial.name: dial for dial in NODES[node.rpartition('/')[2]]}
         for name, value in block['ros__parameters'].items():
             accepted = dials[name].accept(value)
             assert accepted == value and type(accepted) is type(value), name
-    wind, physics, renderer = (yaml.safe_load(text)[f'/{node}']['ros__parameters']
+    wind, physics, renderer = (yaml.safe_load(text)[f'/**/{node}']['ros__parameters']
                                for node in ('wind', 'physics', 'renderer'))
     assert wind == {'speed': 7.0, 'rate': 30.0}
     assert renderer == {'width': 64, 'height': 48, 'camera.target': [1.0, 0.0, 7.85],
@@ -122,15 +120,16 @@ def test_what_proves_dear_in_the_check_is_not_taken(tmp_path, monkeypatch):
         row, positions = whole(self, settings, window)
         is_check = self.reference.settings['gust.seed'] == search.OTHER_SEED
         if is_check:
-            checked.append({dial: settings[dial] for dial in (
+            checked.append({name: settings[name] for name in (
                 'grid.columns', 'solver', 'substeps', 'precision')})
         is_dear = is_check and checked[-1] == checked[0]
         return {**row, 'physics_ms': 50.0 if is_dear else 1.0}, positions
 
     monkeypatch.setattr(Trials, 'motion', motion)
     assert run(tmp_path, 20.0) == 0
-    chosen = yaml.safe_load((tmp_path / 'tuned.yaml').read_text())['/physics']['ros__parameters']
-    chosen = {dial: chosen[dial] for dial in checked[0]}
+    tuned = yaml.safe_load((tmp_path / 'tuned.yaml').read_text())
+    chosen = tuned['/**/physics']['ros__parameters']
+    chosen = {name: chosen[name] for name in checked[0]}
     assert chosen in checked and chosen != checked[0]
 
 

@@ -26,6 +26,8 @@ random phases (Shinozuka and Jan, 1972), all of one amplitude: the wavenumbers l
 spectrum's integral takes equal steps, so the variance is sigma^2 exactly. A sum has no memory:
 it is the same at a given distance whatever the frame rate, and after any jump.
 """
+from flag_sim import checks
+from flag_sim.attributes import constant
 import numpy as np
 
 TURN = 2.0 * np.pi
@@ -42,19 +44,20 @@ def _quantiles_across(share):
     return np.interp(share, (2.0 * np.arctan(x) - x / (1.0 + x * x)) / np.pi, x)
 
 
+@constant
 class Gusts:
     """
     Turbulence of unit intensity: u along the mean wind, v across it, w upwards.
 
     length: the eddies' scale L [m]; seed: another seed, another series with the same statistics.
+    Raises ValueError for a length that is not above 0 and a seed that is no whole number from 0.
     """
 
     COMPONENTS = 256
 
     def __init__(self, length, seed):
-        if not length > 0.0:
-            raise ValueError(f'gust.length must be above 0 m, not {length}')
-        source = np.random.default_rng(seed)
+        length = checks.finite('length', length, above=0.0)
+        source = np.random.default_rng(checks.whole('seed', seed, 0, 2**63 - 1))
         steps = np.arange(self.COMPONENTS)
         waves = []
         for quantiles in (_quantiles_along, _quantiles_across, _quantiles_across):
@@ -66,5 +69,6 @@ class Gusts:
 
     def at(self, distance):
         """Return (u, v, w), each of variance 1, after the wind has gone `distance` [m]."""
+        distance = checks.finite('distance', distance)
         amplitude = np.sqrt(2.0 / self.COMPONENTS)
         return amplitude * np.cos(self._waves * distance + self._phases).sum(axis=1)

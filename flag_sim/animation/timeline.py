@@ -14,34 +14,54 @@
 
 """A timeline: many tracks and named events under one clock, once or again and again."""
 import bisect
+import math
 
-from flag_sim.animation.tracks import SAME
+from flag_sim import checks
+from flag_sim.animation.tracks import SAME, Track
+from flag_sim.attributes import constant
 
 SHORTEST_ROUND = 1e-3  # of a loop [s]: a frame goes through all of its rounds
 
 
+def nearest_frame(time, rate):
+    """Return the time [s] of the frame at n / rate [Hz] that is nearest; in between, the later."""
+    return math.floor(time * rate + 0.5) / rate
+
+
+@constant
 class Timeline:
     """
     What a shot's keys say at any time.
 
     tracks: {name: Track}; events: [(time [s], name)], in any order (Blender: markers).
-    loop: after the last key or event of all, everything begins again while time goes on (cyclic
-    extrapolation); a track whose keys end earlier holds until then.
-    Raises ValueError for a loop that is too short.
+    loop: everything plays again and again (cyclic extrapolation) while time goes on. A round is
+    from 0, or the first key if it is before 0, to the last key or event of all; a track whose
+    keys end earlier holds until then. The end of a round and the begin of the next are one
+    moment, which shows the end, so that the last key is seen (as in Blender's cycles).
+    Raises ValueError for a loop that is too short, and for what is no track, event or boolean.
     """
 
     def __init__(self, tracks, events=(), loop=False):
+        loop = checks.boolean('loop', loop)
+        for name, track in dict(tracks).items():
+            checks.instance(f'track {name!r}', track, Track)
+        events = [_event(*event) for event in events]
         self.tracks = dict(tracks)
         keys = [(time, name) for name, track in self.tracks.items() for time in track.times]
         self._marks = sorted([*keys, *events])
         self._times = [time for time, _ in self._marks]
-        self.length = max(self._times, default=0.0)
-        self.loop = bool(loop) and self.length > 0.0
+        self.begin = min([0.0, *self._times[:1]])
+        self.end = max(self._times, default=0.0)
+        self.length = self.end - self.begin
+        self.loop = loop and self.length > 0.0
         if self.loop and self.length < SHORTEST_ROUND:
             raise ValueError(f'a loop must take at least {SHORTEST_ROUND:g} s; its last key or '
-                             f'event is at {self.length:g} s')
+                             f'event is at {checks.text(self.end)} s')
+        if self.loop:
+            self.tracks = {name: track.repeated(self.begin, self.end)
+                           for name, track in self.tracks.items()}
         # What stands at the end of a round and at its begin is one crossing.
-        self._at_end = {name for time, name in self._marks if time == self.length}
+        self._at_end = {name for time, name in self._marks if time == self.end}
 
     def at(self, time):
         """Return {track name: value at `time` [s]}."""
@@ -56,12 +76,12 @@ class Timeline:
         """
         Return the time within a round [s]: time itself where nothing loops.
 
-        The end of a round is the begin of the next.
+        Where a round ends and the next begins it is the end's.
         """
         if not self.loop:
             return time
-        local = time % self.length
-        return local if local + SAME < self.length else 0.0
+        lap = max(math.ceil((time - SAME - self.end) / self.length), 0)
+        return time - lap * self.length
 
     def crossed(self, after, until):
         """
@@ -72,18 +92,25 @@ class Timeline:
         """
         found = []
         for lap in self._laps(after, until):
-            begin = lap * self.length
+            shift = lap * self.length
             # Compared is the mark's own time, lap and all, which is the same for every frame:
             # one rounding more and frames at the end of a round would lose or double marks.
             first, last = (
-                bisect.bisect_right(self._times, edge + SAME, key=lambda time: begin + time)
+                bisect.bisect_right(self._times, edge + SAME, key=lambda time: shift + time)
                 for edge in (after, until))
-            found += [(begin + time, name) for time, name in self._marks[first:last]
-                      if lap == 0 or time > 0.0 or name not in self._at_end]
+            found += [(shift + time, name) for time, name in self._marks[first:last]
+                      if lap == 0 or time > self.begin or name not in self._at_end]
         return found
 
     def _laps(self, after, until):
         """Return the rounds that may have marks in (after, until], one more at either side."""
         if not self.loop:
             return range(1)
-        return range(max(int(after // self.length) - 1, 0), int(until // self.length) + 2)
+        return range(max(int((after - self.begin) // self.length) - 1, 0),
+                     int((until - self.begin) // self.length) + 2)
+
+
+def _event(time, name):
+    """Return an event as it is; raise ValueError if it is none."""
+    checks.require(isinstance(name, str), 'name of an event', 'a text', name)
+    return checks.finite(f"time of the event '{name}'", time), name

@@ -19,11 +19,19 @@ What Blender calls an F-curve and glTF an animation sampler: keys, a law of inte
 segment between two of them, and constant extrapolation outside.
 """
 import bisect
+import copy
 import itertools
 import math
 
+from flag_sim import checks
 from flag_sim.animation.laws import HOLDS, LAWS, monotone_slopes
+from flag_sim.attributes import constant
 import numpy as np
+
+TURN = 2.0 * math.pi
+AS_TYPED = 1e-3  # by how much an angle that is typed with three decimals may miss [rad]
+HALF_TURN = 0.5 * TURN + AS_TYPED
+LONGEST = 1e9  # from 0 to a key [s]: thirty years
 
 SAME = 2e-9
 """
@@ -33,31 +41,37 @@ Stamps are whole nanoseconds: a frame at n / 30 s may be stamped half a nanoseco
 that is at n / 30 s. After a month, float64 adds as much to times and to the rounds of a loop.
 """
 
+SHORTEST = 1e-9  # between two keys [s]: what stamps tell apart
 
+
+@constant
 class Track:
     """
     The keys of one value.
 
-    times: (n,) [s], finite and strictly increasing, n >= 1.
+    times: (n,) [s], strictly increasing by a nanosecond at least, of at most LONGEST; n >= 1.
     values: (n,) numbers, booleans or strings, or (n, k) numbers: a vector a key.
     laws: (n,) names out of `laws.LAWS`, each for the segment that its key begins; the last one
     only matters to a key that is appended later. Omitted laws are `linear`, or `step` where the
     values are booleans or strings. Neighbouring cubic segments share one smooth curve.
-    is_angle: values are directions [rad]; from key to key they take the short way round.
+    is_angle: values are directions [rad], of which a turn more is the same; from key to key they
+    take the short way round unless `turns`: then they are taken as they are.
     Raises ValueError that names the rule and the offending value.
     """
 
-    def __init__(self, times, values, laws=None, is_angle=False):
-        self.times = [float(time) for time in times]
+    def __init__(self, times, values, laws=None, is_angle=False, turns=False):
+        self.times = [_time(time) for time in times]
         self.values = list(values)
+        self.is_angle = checks.boolean('is_angle', is_angle)
+        self.turns = checks.boolean('turns', turns)
         holds = any(isinstance(value, HOLDS) for value in self.values)
         self.laws = list(laws) if laws else ['step' if holds else 'linear'] * len(self.times)
         self._check(holds)
         self._path = self.values
         if not holds:
-            self._path = np.asarray(self.values, float)
-            if is_angle:
-                self._path = np.unwrap(self._path, axis=0)
+            self._path = _numbers(self.values)
+            if is_angle and not turns:
+                self._path = short_way(self._path)
             self._path = self._path.tolist()  # plain numbers are faster one by one
         self._slopes = {} if holds else self._cubic_slopes()
 
@@ -68,12 +82,12 @@ class Track:
         if len(set(lengths.values())) > 1:
             raise ValueError('times, values and laws must be of one length, not '
                              + ', '.join(f'{n} {name}' for name, n in lengths.items()))
-        for time in self.times:
-            if not math.isfinite(time):
-                raise ValueError(f'times must be finite, not {time}')
         for earlier, later in zip(self.times, self.times[1:]):
             if later <= earlier:
                 raise ValueError(f'times must increase strictly; {later} follows {earlier}')
+            if later - earlier < SHORTEST:
+                raise ValueError(f'times must be at least {SHORTEST:g} s apart; {later} follows '
+                                 f'{earlier}')
         for law in self.laws:
             if law not in LAWS:
                 raise ValueError(f"law '{law}' is not one of {', '.join(LAWS)}")
@@ -81,9 +95,6 @@ class Track:
                 raise ValueError(f"law '{law}' cannot lead between texts or booleans; use step")
         if len({isinstance(value, HOLDS) and type(value) for value in self.values}) > 1:
             raise ValueError(f'values must be of one type: {self.values}')
-        for value in self.values:
-            if not isinstance(value, HOLDS) and not np.all(np.isfinite(value)):
-                raise ValueError(f'values must be finite, not {value}')
 
     def _cubic_slopes(self):
         """
@@ -105,12 +116,66 @@ class Track:
             begin = max(end, begin + 1)
         return slopes
 
+    def repeated(self, begin, end):
+        """
+        Return the track as it plays in a loop from `begin` to `end` [s], each of them the other.
+
+        Where the value at the end is that at the begin, cubic segments are smooth over the seam.
+        """
+        at_begin, at_end = self.times[0] - begin <= SAME, end - self.times[-1] <= SAME
+        into, out = self.laws[-2:-1] == ['cubic'], self.laws[0] == 'cubic'
+        is_seam = (at_begin or at_end) and (out or not at_begin) and (into or not at_end)
+        if not (is_seam and self._slopes and self._ends_meet()):
+            return self
+        slope = np.zeros_like(self._path[0])  # beside a value that holds
+        if at_begin and at_end:
+            jump = np.subtract(self._path[-1], self._path[0])  # whole turns of an angle, or 0
+            slope = monotone_slopes(
+                [self.times[-2] - (end - begin), *self.times[:2]],
+                [np.subtract(self._path[-2], jump), *self._path[:2]])[1]
+        track = copy.copy(self)
+        track._slopes = dict(self._slopes)
+        if at_begin:
+            track._set_slope(0, 0, slope)
+        if at_end:
+            track._set_slope(len(self.times) - 2, 1, slope)
+        return track
+
+    def _ends_meet(self):
+        apart = np.subtract(self._path[-1], self._path[0])
+        if self.is_angle:
+            return np.all(np.abs(apart - TURN * np.round(apart / TURN)) <= AS_TYPED)
+        return not np.any(apart)
+
+    def _set_slope(self, k, end, slope):
+        """Set the slope [value/s] at the begin (end 0) or the end (1) of a cubic segment k."""
+        pairs = np.array(self._slopes[k])
+        pairs[..., end] = (self.times[k + 1] - self.times[k]) * slope
+        self._slopes[k] = pairs.tolist()
+
+    def long_ways(self):
+        """
+        Return the keys k from which an angle goes half a turn or more to the next, as it is typed.
+
+        The short way is then the other one, or as long.
+        """
+        if not self.is_angle or self.turns:
+            return []
+        far = np.abs(np.diff(self.values)) >= HALF_TURN - 2.0 * AS_TYPED
+        return [int(k) for k in np.flatnonzero(far) if self.laws[k] != 'step']
+
+    def step_from(self, k):
+        """Return by how much a number changes from key k to the next, along the way it takes."""
+        return self._path[k + 1] - self._path[k]
+
     def at(self, time):
         """
         Return the value at `time` [s]; before the first and after the last key theirs.
 
         At a key it is exactly the key's value; a vector comes as a list (k,).
         """
+        if not math.isfinite(time):
+            raise ValueError(f'time must be finite, not {time}')
         k = bisect.bisect_right(self.times, time + SAME) - 1
         if k < 0 or k == len(self.times) - 1 or time <= self.times[k]:
             return self.values[max(k, 0)]
@@ -123,6 +188,44 @@ class Track:
             return _between(law, fraction, before, after, self._slopes.get(k, ()))
         slopes = self._slopes.get(k) or itertools.repeat(())
         return [_between(law, fraction, *ends) for ends in zip(before, after, slopes)]
+
+
+def short_way(angles):
+    """
+    Return angles (n,) [rad] with whole turns added, so that each is the nearest to the one before.
+
+    Half a turn goes the way that it is typed, also with three decimals.
+    """
+    steps = np.diff(angles, axis=0)
+    turns = np.maximum(np.ceil((np.abs(steps) - HALF_TURN) / TURN), 0.0)
+    return angles - TURN * np.concatenate([[0.0], np.cumsum(np.sign(steps) * turns)])
+
+
+def _time(time):
+    try:
+        number = float(time) + 0.0  # which makes 0 of -0
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(f'times must be numbers, not {time!r}') from None
+    if not math.isfinite(number):
+        raise ValueError(f'times must be finite, not {number}')
+    if abs(number) > LONGEST:
+        raise ValueError(f'times must be from {-LONGEST:g} to {LONGEST:g} s, not {number}')
+    return number
+
+
+def _numbers(values):
+    """Return values as an array (n,) or (n, k); raise ValueError where they are no numbers."""
+    try:
+        numbers = np.array(values, float)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError('values must be numbers, or vectors of one length, not '
+                         f'{values}') from None
+    bad = numbers[~(np.abs(numbers) <= checks.LARGEST)]
+    if bad.size and np.isfinite(bad[0]):
+        raise ValueError(f'values must be at most {checks.LARGEST:g} in size, not {bad[0]}')
+    if bad.size:
+        raise ValueError(f'values must be finite, not {bad[0]}')
+    return numbers
 
 
 def _between(law, fraction, before, after, slopes):

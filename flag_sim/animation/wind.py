@@ -13,6 +13,8 @@
 # limitations under the License.
 
 """The wind as a vector, from its speed, its direction and its gusts."""
+from flag_sim import checks
+from flag_sim.attributes import constant
 import numpy as np
 
 
@@ -22,7 +24,11 @@ def wind_vector(speed, azimuth, elevation, gust=(0.0, 0.0, 0.0)):
 
     speed [m/s]; azimuth [rad] from +x towards +y; elevation [rad] above the ground.
     gust: turbulence in parts of the speed along the wind, across it to the left, and upwards.
+    Raises ValueError for what is no finite number, or not three for gust.
     """
+    speed, azimuth, elevation = (checks.finite(name, value) for name, value in (
+        ('speed', speed), ('azimuth', azimuth), ('elevation', elevation)))
+    gust = checks.vector('gust', gust)
     ahead, up = np.cos(elevation), np.sin(elevation)
     x, y = np.cos(azimuth), np.sin(azimuth)
     axes = np.array([[ahead * x, ahead * y, up],      # along the wind
@@ -31,6 +37,7 @@ def wind_vector(speed, azimuth, elevation, gust=(0.0, 0.0, 0.0)):
     return speed * np.array([1.0 + gust[0], gust[1], gust[2]]) @ axes
 
 
+@constant
 class Passage:
     """
     How far a wind of changing speed has gone: the integral of the speed over time.
@@ -40,15 +47,15 @@ class Passage:
     whatever the times that were asked for before, and so whatever the frame rate.
 
     Kept is the last lattice point alone: a time after it costs the lattice points up to there,
-    an earlier one all of them from `start` on.
+    an earlier one all of them from `start` on. Raises ValueError for a time before `start`.
     """
 
     STEP = 1.0 / 64.0  # of the lattice [s]: gusts shorter than a frame of 60 Hz are not seen
 
     def __init__(self, speed_at, start=0.0, distance=0.0):
         self._speed_at = speed_at
-        self._start = start
-        self._distance = distance
+        self._start = checks.finite('start', start)
+        self._distance = checks.finite('distance', distance)
         self._begin()
 
     def _begin(self):
@@ -59,6 +66,7 @@ class Passage:
 
     def at(self, time):
         """Return the distance [m] at `time` [s], not before `start`."""
+        time = checks.finite('time', time, low=self._start)
         point = int((time - self._start) / self.STEP)
         if point < self._point:
             self._begin()

@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """Whether a state has stayed sane, and what to tell users whose choice of steps has broken it."""
+from flag_sim import checks
 from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.kernels import kernel
 
@@ -48,10 +49,11 @@ def advice(name, step, safety, omega, gamma, air):
     own = stable(name)
     if own == 0.0:
         return (f'no step is stable for {name}; symplectic is stable in steps of '
-                f'{stable("symplectic"):.3g} s')
+                f'{checks.rounded_down(stable("symplectic"))} s')
     if step > own * (1.0 + 1e-9):
-        return f'{name} is stable in steps of {own:.3g} s'
-    return f'steps up to {own:.3g} s are stable: it is the state or a force that is too large'
+        return f'{name} is stable in steps of {checks.rounded_down(own)} s'
+    return (f'steps up to {checks.rounded_down(own)} s are stable: it is the state or a force '
+            'that is too large')
 
 
 @kernel

@@ -73,9 +73,8 @@ class Air:
 
     def __post_init__(self):
         """Refuse what no air can be."""
-        checks.fields(self, ['density', 'drag_coefficient'], prefix='air.', low=0.0,
-                      high=checks.LARGEST)
-        checks.choice('air.law', self.law, LAWS)
+        checks.fields(self, ['density', 'drag_coefficient'], low=0.0, high=checks.LARGEST)
+        checks.choice('law', self.law, LAWS)
 
     @property
     def drag(self):

@@ -16,6 +16,7 @@
 from typing import NamedTuple
 
 from flag_sim import checks
+from flag_sim.attributes import constant
 import numpy as np
 
 MAX_NODES = 2**20
@@ -56,6 +57,7 @@ class Weights(NamedTuple):
     bend_down: np.ndarray    # the curvature along the column, centred on the node
 
 
+@constant
 class Mesh:
     """
     A rectangle of rows x columns nodes, row 0 the upper edge, column 0 the hoist.
@@ -73,14 +75,14 @@ class Mesh:
     """
 
     def __init__(self, rows, columns, length, width, pinned=True, precision='float64'):
-        self.rows = checks.whole('grid.rows', rows, 2, MAX_NODES)
-        self.columns = checks.whole('grid.columns', columns, 2, MAX_NODES)
+        self.rows = checks.whole('rows', rows, 2, MAX_NODES)
+        self.columns = checks.whole('columns', columns, 2, MAX_NODES)
         if self.rows * self.columns > MAX_NODES:
-            raise ValueError(f'grid.rows x grid.columns must be at most {MAX_NODES}, '
+            raise ValueError(f'rows x columns must be at most {MAX_NODES}, '
                              f'not {self.rows} x {self.columns}')
-        self.length = checks.finite('flag.length', length, low=1e-3, high=1e4)
-        self.width = checks.finite('flag.width', width, low=1e-3, high=1e4)
-        self.pinned = bool(pinned)
+        self.length = checks.finite('length', length, low=1e-3, high=1e4)
+        self.width = checks.finite('width', width, low=1e-3, high=1e4)
+        self.pinned = checks.boolean('pinned', pinned)
         self.precision = checks.choice('precision', precision, PRECISIONS)
         self._dtype = np.dtype(precision)
         self._line = LINE // self._dtype.itemsize

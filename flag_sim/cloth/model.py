@@ -15,12 +15,14 @@
 """What is constant while the cloth moves: mesh and material, and what follows from both."""
 import math
 
+from flag_sim.attributes import constant
 from flag_sim.cloth.bending import bend_constants
 from flag_sim.cloth.forces import Coefficients
 from flag_sim.cloth.pressure import LAWS
 from flag_sim.cloth.springs import dashpot_constants, spring_constants
 
 
+@constant
 class Model:
     """
     A material on a mesh.

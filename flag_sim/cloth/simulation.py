@@ -16,11 +16,12 @@
 import functools
 
 from flag_sim import checks
+from flag_sim.attributes import closed
 from flag_sim.cloth.divergence import advice, broken_bound, Diverged
 from flag_sim.cloth.forces import Forcing, NO_POLE
 from flag_sim.cloth.holds import hold
 from flag_sim.cloth.material import Air, Material
-from flag_sim.cloth.mesh import Mesh, resample
+from flag_sim.cloth.mesh import Mesh, PRECISIONS, resample
 from flag_sim.cloth.model import Model
 from flag_sim.cloth.normals import node_normals
 from flag_sim.cloth.solvers import SOLVERS
@@ -41,6 +42,7 @@ MAX_THREADS = 64
 """Beyond, their bands of an ordinary grid are shorter than a row."""
 
 
+@closed
 class Cloth:
     """
     A flag that hangs from its hoist and moves in the wind.
@@ -57,9 +59,11 @@ class Cloth:
     same to the bit. With xpbd, whose steps go from line to line, and implicit it is one.
 
     material, air, gravity, stepping, solver, stretch_limit, pole and precision may be changed
-    between frames by assignment, and start_noise and start_seed for the next start; regrid keeps the motion too; hang and reset start anew.
+    between frames by assignment, and start_noise and start_seed for the next start; regrid keeps
+    the motion too; hang and reset start anew.
     Everything raises ValueError for a value that it cannot take, and then leaves the cloth as it
-    was. Whatever is set, the state stays finite.
+    was; an attribute that it does not have is an AttributeError. Whatever is set, the state stays
+    finite.
     """
 
     def __init__(self, rows=21, columns=31, length=2.25, width=1.5, hoist_top=(0.05, 0.0, 8.9), *,
@@ -67,14 +71,14 @@ class Cloth:
                  solver='symplectic', stretch_limit=1.0, pole=None,
                  precision='float64', start_noise=1e-4, start_seed=0, threads=1):
         hoist_top = checks.vector('hoist_top', hoist_top, MAX_HOIST)
-        self._material = checks.instance('material', material or Material(), Material)
-        self.air = air or Air()
+        self._material = checks.instance('material', _or_default(material, Material), Material)
+        self.air = _or_default(air, Air)
         self.gravity = gravity
-        self.stepping = stepping or Stepping()
+        self.stepping = _or_default(stepping, Stepping)
         self.pole = pole
         self.start_noise = start_noise
         self.start_seed = start_seed
-        self.held = 0
+        self._held = 0
         self._crew = Crew(checks.whole('threads', threads, 0, MAX_THREADS))
         self._solver_name = checks.choice('solver', solver, SOLVERS)
         self._put_on(Mesh(rows, columns, length, width, pinned, precision), hoist_top)
@@ -166,6 +170,11 @@ class Cloth:
         self._start_seed = checks.whole('start_seed', seed, 0, 2**31 - 1)
 
     @property
+    def held(self):
+        """Return how many nodes stretch_limit held back in the last frame."""
+        return self._held
+
+    @property
     def pole(self):
         """Return the cylinder (x, y, radius) [m] that the cloth stays out of, or None."""
         return self._pole
@@ -194,7 +203,7 @@ class Cloth:
 
     @precision.setter
     def precision(self, precision):
-        if precision != self._mesh.precision:
+        if checks.choice('precision', precision, PRECISIONS) != self._mesh.precision:
             old, positions, velocities = self._mesh, self.positions, self.velocities
             self._put_on(Mesh(old.rows, old.columns, old.length, old.width, old.pinned, precision),
                          self._hoist_top)
@@ -273,7 +282,7 @@ class Cloth:
     def _hold(self):
         """Bring back what is in the pole or farther from the hoist than stretch_limit allows."""
         if self._mesh.pinned:
-            self.held = hold(self._state, self._stretch_limit, self._cylinder())
+            self._held = hold(self._state, self._stretch_limit, self._cylinder())
 
     def _cylinder(self):
         """Return the pole as Forcing has it, measured from where positions are."""
@@ -318,3 +327,8 @@ class Cloth:
         bounds = solver.frequency_bound(model), damping_bound(model)
         self._mesh, self._material, self._solver_name = mesh, material, solver_name
         self._bounds, self._solver = bounds, solver
+
+
+def _or_default(value, kind):
+    """Return value or, for None, what the class makes by default."""
+    return kind() if value is None else value

@@ -51,6 +51,11 @@ WIND = (
     RESEND_AFTER,
     Dial('paused', False, 'no frames while true'),
     Dial('publish_clock', False, 'publish the simulation time on /clock', fixed=True),
+    Dial('stamp.clock', 'simulation',
+         'simulation: stamps count from stamp.start; wall: from the time of day, to match sensors',
+         choices=('simulation', 'wall'), fixed=True),
+    Dial('stamp.start', 0.0, 'simulation: stamp of the first frame of every take', 's', 0.0, 2e9,
+         fixed=True),
     Dial('speed', 6.0, 'wind speed', 'm/s', 0.0, 200.0),
     Dial('azimuth', 0.35, 'where the wind blows to, from +x towards +y', 'rad', -TURN, TURN),
     Dial('elevation', 0.0, 'where the wind blows to, above the ground', 'rad', -pi / 2, pi / 2),
@@ -59,12 +64,14 @@ WIND = (
     Dial('gust.length', 5.0, 'size of the eddies', 'm', 0.01, 10000.0),
     Dial('gust.seed', 0, 'another seed, another series', '', 0, 2**31 - 1),
     Dial('autokey', False, 'what is set on any node becomes a key at the current time'),
-    Dial('save_to', '', 'params file that holds the animation after every change of it'),
+    Dial('save_to', '',
+         'params file that holds the shot, keys and all nodes, after every change of it'),
     Dial('loop', False, 'after the last key or event, begin with the first again'),
+    Dial('snap_keys', False, 'keys and events count at the frame nearest to their time'),
     Dial('events.names', [], 'events to announce on keyframe', item=str),
     Dial('events.times', [], 'their times', 's', 0.0, 1e9),
     Dial('tracks', [], 'keyed parameters, as node.parameter; each has keys.<track>.times, '
-         '.values and .laws', item=str),
+         '.values, .laws and .turns', item=str),
 )
 
 PHYSICS = (
@@ -96,6 +103,9 @@ PHYSICS = (
     Dial('start_noise', 1e-4, 'the cloth starts flat but for a random bump of at most this; 0: '
          'exactly flat, and in calm air or a wind along it it stays so for ever', 'm', 0.0, 0.1),
     Dial('start_seed', 0, 'another seed, another bump', '', 0, 2**31 - 1),
+    Dial('preroll', 0.0,
+         "time that a cloth which begins anew has moved in its first frame's wind, unseen", 's',
+         0.0, 60.0),
     Dial('max_gap', 1.0, 'longest time between frames that is simulated', 's', 0.0, 3600.0),
     Dial('threads', 1, 'threads that step; 0: as many as the first frames show to be worth it',
          '', 0, 64, fixed=True),
@@ -145,7 +155,7 @@ RENDERER = (
     Dial('sun.intensity', 0.8, 'light of the sun', '', 0.0, 10.0),
     Dial('ambient', 0.35, 'light from everywhere', '', 0.0, 10.0),
     *_material('flag', [205.0, 35.0, 40.0]),
-    Dial('flag.transmission', 0.0, 'share of the sun that shines through the flag; 0: off', '',
+    Dial('flag.transmission', 0.3, 'share of the sun that shines through the flag; 0: off', '',
          0.0, 1.0),
     *_material('pole', [200.0, 200.0, 205.0]),
     *_material('platform', [150.0, 145.0, 135.0]),
@@ -170,7 +180,8 @@ RECORDER = (
 
 PLAYER = (
     Dial('path', '', 'the bag that is played', fixed=True),
-    Dial('topics', [], 'topics to play; none: parameters, or else vertices', item=str),
+    Dial('topics', [], 'topics to play; none: parameters, or else vertices', item=str,
+         fixed=True),
     replace(PACE, fixed=True),
     Dial('rate', 1.0, 'realtime: how much faster than it was', '', 0.01, 1000.0, fixed=True),
     replace(WAIT_FOR, fixed=True),

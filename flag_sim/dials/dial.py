@@ -16,6 +16,8 @@
 import dataclasses
 import math
 
+from flag_sim import checks
+
 KINDS = {bool: 'boolean', int: 'whole number', float: 'number', str: 'text'}
 
 
@@ -25,7 +27,8 @@ class Dial:
     One parameter of a node.
 
     default: bool, int, float, str, or a list of float or str; its type is the parameter's type.
-    low, high: inclusive range of a number, or of each number of a list.
+    low, high: inclusive range of a number, or of each number of a list; a limit that has more
+    digits than are printed is meant by its printed form too (see checks.within).
     choices: the texts or whole numbers that are allowed; empty allows any.
     length: how many values a list must have; None allows any number.
     item: type of a list's values.
@@ -67,7 +70,11 @@ class Dial:
         return words + (f' [{self.unit}]' if self.unit else '')
 
     def accept(self, value):
-        """Return `value` in the dial's own type; raise ValueError with the rule and the value."""
+        """
+        Return `value` in the dial's own type; raise ValueError with the rule and the value.
+
+        There is no -0: it is 0.
+        """
         if not self.is_list:
             return self._accept_one(value, type(self.default))
         try:
@@ -82,13 +89,19 @@ class Dial:
         whole = one if whole is None else whole
         is_number = isinstance(one, (int, float)) and not isinstance(one, bool)
         if kind is float and is_number:
-            one = float(one)
+            try:
+                one = float(one) + 0.0
+            except OverflowError:  # a whole number of hundreds of digits
+                raise self._refusal(whole) from None
         elif type(one) is not kind:
             raise self._refusal(whole)
-        if is_number and not math.isfinite(one):
+        if kind is float and not math.isfinite(one):
             raise self._refusal(whole)
-        if self.low is not None and not self.low <= one <= self.high:
-            raise self._refusal(whole)
+        if self.low is not None:
+            if kind is float:
+                one = checks.within(one, self.low, self.high)
+            if one is None or not self.low <= one <= self.high:
+                raise self._refusal(whole)
         if self.choices and one not in self.choices:
             raise self._refusal(whole)
         return one

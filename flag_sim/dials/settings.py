@@ -21,8 +21,7 @@ import dataclasses
 from typing import NamedTuple
 
 from flag_sim.cloth import Air, Cloth, Material, Stepping
-from flag_sim.drawing import Camera, Light, Materials, Scene, Style
-from flag_sim.drawing import Material as Surface
+from flag_sim.drawing import Camera, Light, Materials, Scene, Style, Surface
 
 CLOTH = {'grid.rows': 'rows', 'grid.columns': 'columns', **{name: name for name in (
     'gravity', 'solver', 'stretch_limit', 'precision', 'start_noise', 'start_seed', 'threads')}}
@@ -48,6 +47,7 @@ SURFACES = {
     'pole': _names(Surface, 'pole.', but=['transmission']),
     'platform': _names(Surface, 'platform.', but=['transmission']),
 }
+COLOURS = ('background', *(f'{thing}.color' for thing in SURFACES))
 
 
 def _make(record, names, settings):
@@ -107,7 +107,14 @@ class Look(NamedTuple):
 
 
 def look_of(settings):
-    """Return the Look."""
+    """
+    Return the Look.
+
+    Between black and another colour, keys pass through what Surface and Style refuse, for people
+    who give it count colours from 0 to 1: that is black here.
+    """
+    settings = {dial: (0.0, 0.0, 0.0) if dial in COLOURS and 0.0 < max(value) <= 1.0 else value
+                for dial, value in settings.items()}
     return Look(
         _make(Camera, CAMERA, settings), _make(Light, LIGHT, settings),
         Materials(**{thing: _make(Surface, names, settings) for thing, names in SURFACES.items()}),

@@ -21,9 +21,9 @@ In a few lines, with vertices (rows, columns, 3) [m] from anywhere:
 >>> rgb = Picture().draw(vertices, camera=Camera(width=1280, height=720), light=Light())
 """
 from flag_sim.drawing.camera import Camera
-from flag_sim.drawing.light import Light, Material
+from flag_sim.drawing.light import Light, Surface
 from flag_sim.drawing.picture import Picture
 from flag_sim.drawing.scene import Scene
 from flag_sim.drawing.style import Materials, Style
 
-__all__ = ['Camera', 'Light', 'Material', 'Materials', 'Picture', 'Scene', 'Style']
+__all__ = ['Camera', 'Light', 'Materials', 'Picture', 'Scene', 'Style', 'Surface']

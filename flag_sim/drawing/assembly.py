@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """All that a frame shows, joined in one set of arrays."""
-from flag_sim import checks
+from flag_sim.drawing import ranges
 from flag_sim.drawing.culling import CHUNK
 from flag_sim.drawing.mesh import grid_triangles, vertex_normals
 from flag_sim.drawing.scene import platform_mesh, pole_mesh
@@ -87,9 +87,7 @@ class Assembly:
             self.take_flag(points)
             normals = vertex_normals(self.points[points], self.triangles[numbers])
         else:
-            normals = np.asarray(normals)
-            checks.require(normals.shape == self._shape, 'flag_normals',
-                           f'of the shape of flag_vertices {self._shape}', normals.shape)
+            normals = ranges.points('flag_normals', normals, self._shape)
         self._given = vertices.reshape(-1, 3), normals.reshape(-1, 3)
 
     def take_flag(self, piece):

@@ -24,7 +24,7 @@ one loads in one piece, which a processor forwards at once, while pieces that ov
 under a mask, wait for memory.
 """
 from flag_sim.drawing.projection import next_centre, SUBPIXEL_BITS, SUBPIXELS
-from flag_sim.drawing.spans import LANES, pack, WHOLE
+from flag_sim.drawing.spans import hold, LANES, pack, WHOLE
 from flag_sim.kernels import inner_kernel, kernel
 
 import numpy as np
@@ -40,8 +40,9 @@ VALUE_FIELDS = 12
 EDGE, EDGE_U, EDGE_V = (np.uint64(3 * k * GROUP) for k in range(3))
 LEFT, COUNT, TOP, END = (np.uint64(k * GROUP) for k in range(9, 13))
 EDGE_FIELDS = 13
-# Reversed Z, red, green, blue: at the first pixel, their changes a column and a row.
-PLANE_FIELDS = 12
+# Reversed Z, red, green, blue: each at the first pixel, its changes a column and a row; then,
+# from BOUND on, the least and the most of each.
+PLANE_FIELDS, BOUND = 20, np.uint64(12 * GROUP)
 ONE, TWO, THREE = np.uint64(GROUP), np.uint64(2 * GROUP), np.uint64(3 * GROUP)
 ZERO = np.int32(0)
 # More than a quotient below 100 is wrong by, less than one of whole numbers below 2^23 can be
@@ -63,7 +64,7 @@ def draw_narrow(triangles, numbers, first, count, closed, u, v, reversed_z, colo
     """
     kept = _fetch(triangles, numbers, first, count, closed, u, v, reversed_z, colours, is_flat,
                   is_perspective_correct, shift_u, shift_v, positions, values)
-    _set_up(kept, width, positions, values, edges, planes)
+    _set_up(kept, width, is_perspective_correct, positions, values, edges, planes)
     if not is_painter:
         _draw(np.uint64(0), kept, edges, planes, is_slanted, is_perspective_correct, top, end,
               stride, depths, words)
@@ -120,7 +121,7 @@ def _fetch(triangles, numbers, first, count, closed, u, v, reversed_z, colours, 
 
 
 @kernel
-def _set_up(count, width, positions, values, edges, planes):
+def _set_up(count, width, is_perspective_correct, positions, values, edges, planes):
     """Make edge functions and planes; each value q is q_0 + q_u (u - ua) + q_v (v - va)."""
     full = np.int32(SUBPIXELS)
     for k in range(count):
@@ -154,10 +155,10 @@ def _set_up(count, width, positions, values, edges, planes):
         bu, bv, cu, cv = qv * share, -qu * share, -pv * share, pu * share
         x, y = du / SUBPIXELS, dv / SUBPIXELS
         # Four values, written out: LLVM vectorises no loop that has another one inside.
-        _plane(values, planes, k, np.uint64(0), bu, bv, cu, cv, x, y)
-        _plane(values, planes, k, np.uint64(1), bu, bv, cu, cv, x, y)
-        _plane(values, planes, k, np.uint64(2), bu, bv, cu, cv, x, y)
-        _plane(values, planes, k, np.uint64(3), bu, bv, cu, cv, x, y)
+        _plane(values, planes, k, np.uint64(0), bu, bv, cu, cv, x, y, is_perspective_correct)
+        _plane(values, planes, k, np.uint64(1), bu, bv, cu, cv, x, y, is_perspective_correct)
+        _plane(values, planes, k, np.uint64(2), bu, bv, cu, cv, x, y, is_perspective_correct)
+        _plane(values, planes, k, np.uint64(3), bu, bv, cu, cv, x, y, is_perspective_correct)
 
 
 @kernel
@@ -172,7 +173,7 @@ def _in_steps(edge, change_u, change_v):
 
 
 @kernel
-def _plane(values, planes, k, q, bu, bv, cu, cv, x, y):
+def _plane(values, planes, k, q, bu, bv, cu, cv, x, y, is_perspective_correct):
     slot = q * np.uint64(GROUP) + k
     start = values[slot]
     along_b = values[slot + np.uint64(4 * GROUP)] - start
@@ -181,6 +182,14 @@ def _plane(values, planes, k, q, bu, bv, cu, cv, x, y):
     slot = q * THREE + k
     planes[slot] = start + change_u * x + change_v * y
     planes[slot + ONE], planes[slot + TWO] = change_u, change_v
+    a, b = start, values[q * ONE + k + np.uint64(4 * GROUP)]
+    c = values[q * ONE + k + np.uint64(8 * GROUP)]
+    if is_perspective_correct and q > 0:
+        # Those values come times reversed Z; what they are held within does not.
+        a, b, c = (a / values[k], b / values[np.uint64(4 * GROUP) + k],
+                   c / values[np.uint64(8 * GROUP) + k])
+    slot = BOUND + q * TWO + k
+    planes[slot], planes[slot + ONE] = min(a, b, c), max(a, b, c)
 
 
 @kernel
@@ -235,6 +244,10 @@ def _draw_row(k, y, start, columns, edges, planes, is_perspective_correct, first
     c = _along(edges[EDGE + TWO + k], y, edges[EDGE_V + TWO + k])
     ds, dr = planes[ONE + k], planes[THREE + ONE + k]
     dg, db = planes[np.uint64(7 * GROUP) + k], planes[np.uint64(10 * GROUP) + k]
+    s_least, r_least = planes[BOUND + k], planes[BOUND + TWO + k]
+    s_most, r_most = planes[BOUND + ONE + k], planes[BOUND + THREE + k]
+    g_least, b_least = planes[BOUND + TWO + TWO + k], planes[BOUND + THREE + THREE + k]
+    g_most, b_most = planes[BOUND + TWO + THREE + k], planes[BOUND + np.uint64(7 * GROUP) + k]
     down = np.float32(y)
     s = planes[k] + planes[TWO + k] * down
     red = planes[THREE + k] + planes[THREE + TWO + k] * down
@@ -245,14 +258,15 @@ def _draw_row(k, y, start, columns, edges, planes, is_perspective_correct, first
         i = np.float32(n)
         there = depths[first + j]
         is_inside = (_along(a, n, a_u) | _along(b, n, b_u) | _along(c, n, c_u)) >= 0
-        here = s + ds * i if is_inside else np.float32(-np.inf)
+        here = hold(s + ds * i, s_least, s_most) if is_inside else np.float32(-np.inf)
         # Stored whether it is new or not: LLVM would mask a store under a condition.
         depths[first + j] = max(here, there)
         if here > there:
             # Perspective-correct colours come times 1 / z (Heckbert, 1989).
             depth = np.float32(1.0) / here if is_perspective_correct else np.float32(1.0)
-            words[first + j] = pack((red + dr * i) * depth, (green + dg * i) * depth,
-                                    (blue + db * i) * depth)
+            words[first + j] = pack(hold((red + dr * i) * depth, r_least, r_most),
+                                    hold((green + dg * i) * depth, g_least, g_most),
+                                    hold((blue + db * i) * depth, b_least, b_most))
 
 
 @inner_kernel

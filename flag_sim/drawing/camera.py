@@ -18,7 +18,7 @@ import functools
 import math
 
 from flag_sim import checks
-from flag_sim.drawing import transforms
+from flag_sim.drawing import ranges, transforms
 
 import numpy as np
 
@@ -64,7 +64,8 @@ class Camera:
         checks.fields(self, ['vertical_fov', 'scale', 'near'], above=0.0)
         checks.require(self.vertical_fov < math.pi, 'vertical_fov', 'below pi', self.vertical_fov)
         checks.fields(self, ['distance'], low=0.0)
-        checks.fields(self, ['azimuth', 'elevation', 'roll'])
+        ranges.angles(self, ['azimuth', 'roll'], ranges.TURN)
+        ranges.angles(self, ['elevation'], ranges.QUARTER)
         object.__setattr__(self, 'target', checks.vector('target', self.target))
 
     @property

@@ -17,6 +17,7 @@ import dataclasses
 import math
 
 from flag_sim import checks
+from flag_sim.drawing import ranges
 from flag_sim.kernels import kernel
 
 import numpy as np
@@ -30,8 +31,8 @@ class Light:
     azimuth: [rad] from x towards y, and elevation: [rad] above the horizon, of the place where
     the sun stands; intensity: of its light; ambient: of the other. A surface of diffuse 1 that
     faces the sun shows its own colour where intensity + ambient = 1. A sun below the ground does
-    not shine: what is left is the ambient light. Raises ValueError for what is not finite, and
-    for intensities below 0.
+    not shine: what is left is the ambient light. Raises ValueError for angles beyond a turn, or
+    beyond straight up and down, and for intensities below 0.
     """
 
     azimuth: float = -1.0
@@ -41,7 +42,8 @@ class Light:
 
     def __post_init__(self):
         """Refuse what cannot shine; keep plain numbers."""
-        checks.fields(self, ['azimuth', 'elevation'])
+        ranges.angles(self, ['azimuth'], ranges.TURN)
+        ranges.angles(self, ['elevation'], ranges.QUARTER)
         checks.fields(self, ['intensity', 'ambient'], low=0.0)
 
     @property
@@ -58,7 +60,7 @@ class Light:
 
 
 @dataclasses.dataclass(frozen=True)
-class Material:
+class Surface:
     """
     What a surface returns of the light.
 
@@ -66,7 +68,8 @@ class Material:
     sun off; specular: of the sun's reflection, which is white, and shininess: the exponent that
     makes it small (Blinn, 1977); transmission: what a thin cloth lets through of the light on
     its other side, in its own colour. A coefficient of 0 switches its term off.
-    Raises ValueError for colours out of range and for a negative or infinite coefficient.
+    Raises ValueError for colours out of range, or from 0 to 1 (see ranges), and for a negative or
+    infinite coefficient.
     """
 
     color: tuple = (255.0, 255.0, 255.0)
@@ -77,11 +80,11 @@ class Material:
 
     def __post_init__(self):
         """Refuse what no surface can be; keep plain numbers."""
-        object.__setattr__(self, 'color', checks.colour('color', self.color))
+        ranges.levels(self, 'color')
         checks.fields(self, ['diffuse', 'specular', 'shininess', 'transmission'], low=0.0)
 
 
-def shade(points, normals, viewpoint, material, light, colours):
+def shade(points, normals, viewpoint, surface, light, colours):
     """
     Light both sides of a surface with normals (n, 3), of any length, at points (n, 3) [m].
 
@@ -90,14 +93,14 @@ def shade(points, normals, viewpoint, material, light, colours):
     the eye meets is the triangle's matter, so a side that turns its back to the sun gets only
     what shines through (|n . l| of 1.14 would light it). Brighter than 255 is 255, channel by
     channel. A normal that is zero or not finite gets the ambient light alone; points are only
-    read where the material is specular.
+    read where the surface is specular.
     """
     sun = light.intensity if light.is_up else 0.0
-    _diffuse(normals, *light.direction, *material.color, light.ambient, sun * material.diffuse,
-             sun * material.transmission, colours)
-    if sun * material.specular > 0.0:
-        _add_specular(points, normals, viewpoint, *light.direction, sun * material.specular,
-                      material.shininess, colours)
+    _diffuse(normals, *light.direction, *surface.color, light.ambient, sun * surface.diffuse,
+             sun * surface.transmission, colours)
+    if sun * surface.specular > 0.0:
+        _add_specular(points, normals, viewpoint, *light.direction, sun * surface.specular,
+                      surface.shininess, colours)
 
 
 @kernel

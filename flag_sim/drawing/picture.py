@@ -15,6 +15,7 @@
 """A frame from end to end: flag, pole and platform in, pixels out."""
 from flag_sim import checks
 from flag_sim.crew import Crew
+from flag_sim.drawing import ranges
 from flag_sim.drawing.assembly import Assembly
 from flag_sim.drawing.bands import BAND, Buffers, draw_bands
 from flag_sim.drawing.camera import Camera
@@ -34,6 +35,7 @@ import numpy as np
 CHUNKS = 128
 # More pieces than this are shared among threads; fewer are done sooner than those can begin.
 WORTH_SHARING = 4
+MOST_THREADS = 64
 
 
 class Picture:
@@ -41,17 +43,21 @@ class Picture:
     Draws frames into buffers of its own, which it keeps from frame to frame.
 
     threads: how many share a frame, 0 chooses by measuring the first frames; the pixels are the
-    same for any number. Only what this frame or the last one drew into is emptied and turned
-    into bytes: elsewhere the background is there already.
+    same for any number, up to MOST_THREADS; raises ValueError for others. Only what this frame or
+    the last one drew into is emptied and turned into bytes: elsewhere the background is there
+    already.
 
     >>> picture = Picture()
     >>> rgb = picture.draw(vertices)            # (rows, columns, 3) [m]
     >>> depth = picture.depth()                 # of the same frame, if it is wanted
     """
 
+    __slots__ = ('_crew', '_camera', '_canvas', '_assembly', '_draw_bands', '_colours', '_buffers',
+                 '_order', '_is_depth_kept', '_is_depth_wanted')
+
     def __init__(self, threads=1):
         """Begin without buffers: the first frame's camera says how large they are."""
-        self._crew = Crew(threads)
+        self._crew = Crew(checks.whole('threads', threads, 0, MOST_THREADS))
         self._camera = self._canvas = self._assembly = self._draw_bands = self._colours = None
         self._buffers = {}
         self._is_depth_kept = self._is_depth_wanted = False
@@ -65,8 +71,12 @@ class Picture:
         the side of (row direction) x (column direction); None averages them from the triangles
         (1.13). A vertex that is not finite takes its triangles out of the picture. The array is
         the picture's own, so it is read-only, and the next frame overwrites it. Raises ValueError
-        for other shapes.
+        for other shapes, and for what is not of the class of its default.
         """
+        for name, value, kind in (('camera', camera, Camera), ('light', light, Light),
+                                  ('materials', materials, Materials), ('scene', scene, Scene),
+                                  ('style', style, Style)):
+            checks.instance(name, value, kind)
         with self._crew:
             self._crew.call()
             self._assemble(flag_vertices, flag_normals, camera, scene)
@@ -96,10 +106,8 @@ class Picture:
 
     def _assemble(self, vertices, normals, camera, scene):
         """Join flag and scene; what stands still is joined once."""
-        vertices = np.asarray(vertices)
+        vertices = ranges.points('flag_vertices', vertices, (None, None, 3))
         self._camera = camera
-        checks.require(vertices.ndim == 3 and vertices.shape[2] == 3, 'flag_vertices',
-                       'of shape (rows, columns, 3)', vertices.shape)
         kind = vertices.shape[:2], scene, scene.segments(camera)
         if self._assembly is None or self._assembly.kind != kind:
             self._assembly = Assembly(*vertices.shape[:2], *kind[1:])

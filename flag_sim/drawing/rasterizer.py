@@ -57,7 +57,7 @@ def fill(triangles, numbers, count, kinds, closed, view, u, v, reversed_z, outco
     positions, values = np.empty(POSITION_FIELDS * GROUP, np.int32), np.empty(VALUE_FIELDS * GROUP)
     edges = np.empty(EDGE_FIELDS * GROUP, np.int32)
     group_planes = np.empty(PLANE_FIELDS * GROUP, np.float32)
-    shape, planes = np.empty((2, MOST_CORNERS + 1, 6)), np.empty((3, 4))
+    shape, planes = np.empty((2, MOST_CORNERS + 1, 6)), np.empty((5, 4))
     k = np.uint64(0)
     while k < count:
         first, kind = k, kinds[numbers[k]]
@@ -125,7 +125,7 @@ def fill_triangle(corners, a, b, c, planes, is_perspective_correct, is_painter, 
     """
     Draw a triangle of corners[1], (n, 6): u, v, reversed Z, red, green, blue.
 
-    planes: (3, 4), for the work in between.
+    planes: (5, 4), for the work in between.
     """
     # From top to bottom, always: triangles that share an edge then compute it alike.
     if corners[1, b, 1] < corners[1, a, 1]:
@@ -156,6 +156,14 @@ def fill_triangle(corners, a, b, c, planes, is_perspective_correct, is_painter, 
         planes[0, q] = corners[1, a, 2 + q]
         planes[1, q] = along_b * uu - along_c * uv
         planes[2, q] = along_c * vv - along_b * vu
+        # Perspective-correct colours come times reversed Z; what they are held within does not.
+        for corner in (a, b, c):
+            value = corners[1, corner, 2 + q]
+            if is_perspective_correct and q > 0:
+                value /= corners[1, corner, 2]
+            planes[3, q] = value if corner == a else min(planes[3, q], value)
+            planes[4, q] = value if corner == a else max(planes[4, q], value)
+    bounds = planes[3:].astype(np.float32)
 
     along_ac = (cu - au) / (cv - av)
     along_ab = (bu - au) / (bv - av)
@@ -182,10 +190,10 @@ def fill_triangle(corners, a, b, c, planes, is_perspective_correct, is_painter, 
                     # What is emptied first is covered; a test in the span would slow it down.
                     empty(depths, first, count)
                 if is_perspective_correct:
-                    span_perspective_correct(words, depths, first, count,
+                    span_perspective_correct(words, depths, first, count, bounds[0], bounds[1],
                                              s, ds, r, dr, g, dg, b_, db)
                 else:
-                    span_linear(words, depths, first, count,
+                    span_linear(words, depths, first, count, bounds[0], bounds[1],
                                 s, ds, r, dr, g, dg, b_, db)
             begin = run
         row += 1

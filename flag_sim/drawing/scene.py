@@ -24,6 +24,7 @@ import functools
 import math
 
 from flag_sim import checks
+from flag_sim.drawing import ranges
 from flag_sim.drawing.mesh import Mesh
 
 import numpy as np
@@ -44,7 +45,8 @@ class Scene:
     The pole is a cylinder of pole_height with a dome on top, a half sphere whose RADIUS is the
     cylinder's DIAMETER, closed below by a flat ring. The platform is a square box of
     platform_side and platform_height with a hole of the pole's radius through its middle.
-    Raises ValueError for a measure that is not above 0, and for a hole wider than the platform.
+    Raises ValueError for a measure that is not above 0, for a hole wider than the platform, and
+    for a switch that is neither True nor False.
     """
 
     pole_height: float = 9.0
@@ -58,6 +60,7 @@ class Scene:
         """Refuse what cannot be built; keep plain numbers."""
         checks.fields(self, ['pole_height', 'pole_diameter', 'platform_side', 'platform_height'],
                       above=0.0)
+        ranges.switches(self, ['pole_visible', 'platform_visible'])
         checks.require(self.platform_side > self.pole_diameter, 'platform_side',
                        f'greater than pole_diameter {self.pole_diameter}', self.platform_side)
 

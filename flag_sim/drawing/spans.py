@@ -19,7 +19,7 @@ Values are affine in an unsigned index cast to float32: LLVM vectorises that, wh
 or a running sum keeps it scalar. Most spans of a fine mesh are shorter than a vector, so a span is
 rounded up to whole vectors, and the lanes beyond its end are masked.
 """
-from flag_sim.kernels import kernel
+from flag_sim.kernels import inner_kernel, kernel
 
 import numpy as np
 
@@ -29,34 +29,44 @@ WHOLE = np.uint64(2 ** 64 - LANES)
 
 
 @kernel
-def span_linear(words, depths, first, count, s, ds, r, dr, g, dg, b, db):
+def span_linear(words, depths, first, count, least, most, s, ds, r, dr, g, dg, b, db):
     """
     Draw pixels first .. first + count - 1 where they are nearer than what is there.
 
-    words: packed colours uint32, red lowest; depths: reversed Z float32; s, r, g, b: reversed Z
-    and colour at the first pixel, ds, dr, dg, db: their change a pixel, all float32.
+    words: packed colours uint32, red lowest; depths: reversed Z float32; least, most: (4,) between
+    which reversed Z, red, green and blue are held; s, r, g, b: the same at the first pixel, ds,
+    dr, dg, db: their change a pixel, all float32.
     """
+    s_least, r_least, g_least, b_least = least[0], least[1], least[2], least[3]
+    s_most, r_most, g_most, b_most = most[0], most[1], most[2], most[3]
     end = np.float32(np.int32(count))
     for j in range((count + np.uint64(LANES - 1)) & WHOLE):
         i = np.float32(np.int32(j))
-        here = s + ds * i
+        here = hold(s + ds * i, s_least, s_most)
         if i < end and here > depths[first + j]:
             depths[first + j] = here
-            words[first + j] = pack(r + dr * i, g + dg * i, b + db * i)
+            words[first + j] = pack(
+                hold(r + dr * i, r_least, r_most), hold(g + dg * i, g_least, g_most),
+                hold(b + db * i, b_least, b_most))
 
 
 @kernel
-def span_perspective_correct(words, depths, first, count, s, ds, r, dr, g, dg, b, db):
+def span_perspective_correct(words, depths, first, count, least, most,
+                             s, ds, r, dr, g, dg, b, db):
     """Draw as span_linear, but colours come times reversed Z, 1 / depth (Heckbert, 1989)."""
+    s_least, r_least, g_least, b_least = least[0], least[1], least[2], least[3]
+    s_most, r_most, g_most, b_most = most[0], most[1], most[2], most[3]
     end = np.float32(np.int32(count))
     for j in range((count + np.uint64(LANES - 1)) & WHOLE):
         i = np.float32(np.int32(j))
-        here = s + ds * i
+        here = hold(s + ds * i, s_least, s_most)
         if i < end and here > depths[first + j]:
             depths[first + j] = here
             depth = np.float32(1.0) / here
             words[first + j] = pack(
-                (r + dr * i) * depth, (g + dg * i) * depth, (b + db * i) * depth)
+                hold((r + dr * i) * depth, r_least, r_most),
+                hold((g + dg * i) * depth, g_least, g_most),
+                hold((b + db * i) * depth, b_least, b_most))
 
 
 @kernel
@@ -66,13 +76,23 @@ def empty(depths, first, count):
         depths[first + j] = -np.inf
 
 
-@kernel
+@inner_kernel
+def hold(value, least, most):
+    """
+    Return what lies nearest to `value` from `least` to `most`.
+
+    Within a triangle no value leaves the range of its corners but by rounding; where it is so
+    thin that it changes by thousands from pixel to pixel, that rounding is as large as it.
+    """
+    return min(max(value, least), most)
+
+
+@inner_kernel
 def pack(r, g, b):
-    """Round colours to whole levels, hold them in 0..255 and put them in one word."""
+    """Round colours within 0..255 to whole levels and put them in one word."""
     return _level(r) | (_level(g) << np.uint32(8)) | (_level(b) << np.uint32(16))
 
 
-@kernel
+@inner_kernel
 def _level(value):
-    return np.uint32(np.int32(
-        min(max(value + np.float32(0.5), np.float32(0.0)), np.float32(255.0))))
+    return np.uint32(np.int32(value + np.float32(0.5)))

@@ -16,7 +16,8 @@
 import dataclasses
 
 from flag_sim import checks
-from flag_sim.drawing.light import Material
+from flag_sim.drawing import ranges
+from flag_sim.drawing.light import Surface
 from flag_sim.drawing.tiles import PATTERNS
 
 import numpy as np
@@ -29,11 +30,16 @@ SAMPLES = tuple(PATTERNS)
 
 @dataclasses.dataclass(frozen=True)
 class Materials:
-    """What the three things of the scene are made of."""
+    """What the three things of the scene are made of; raises ValueError for other classes."""
 
-    flag: Material = Material((205.0, 35.0, 40.0))
-    pole: Material = Material((200.0, 200.0, 205.0))
-    platform: Material = Material((150.0, 145.0, 135.0))
+    flag: Surface = Surface((205.0, 35.0, 40.0), transmission=0.3)
+    pole: Surface = Surface((200.0, 200.0, 205.0))
+    platform: Surface = Surface((150.0, 145.0, 135.0))
+
+    def __post_init__(self):
+        """Refuse what is no Surface."""
+        for field in dataclasses.fields(self):
+            checks.instance(field.name, getattr(self, field.name), Surface)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -60,11 +66,13 @@ class Style:
 
     def __post_init__(self):
         """Refuse unknown words and colours; keep plain numbers."""
-        object.__setattr__(self, 'background', checks.colour('background', self.background))
+        ranges.levels(self, 'background')
         checks.choice('shading', self.shading, SHADINGS)
         checks.choice('interpolation', self.interpolation, INTERPOLATIONS)
-        checks.require(self.samples in SAMPLES, 'samples',
+        checks.require(self.samples in SAMPLES and not isinstance(self.samples, bool), 'samples',
                        'one of ' + ', '.join(map(str, SAMPLES)), self.samples)
+        object.__setattr__(self, 'samples', int(self.samples))
+        ranges.switches(self, ['outline'])
         checks.choice('hidden_surface', self.hidden_surface, HIDDEN_SURFACES)
 
     @property

@@ -14,9 +14,9 @@
 
 """Bags, written and read by the rosbags library; the real rosbag2 reads and plays them too."""
 import contextlib
-from pathlib import Path
 import sqlite3
 
+from flag_sim import checks
 from flag_sim.nodes.parameters import BadParameter
 from flag_sim.nodes.topics import TOPICS
 
@@ -33,6 +33,20 @@ NOTHING_KEPT = 'sqlite3 keeps nothing of a bag that is not finished'
 NO_ROSBAGS = "bags need rosbags: pip install 'flag_sim[record]'"
 
 
+def expanded(path):
+    """Return a bag's path with the home that `~` stands for; raise BadParameter without one."""
+    try:
+        return checks.path('path', path)
+    except ValueError as error:
+        raise BadParameter(str(error)) from None
+
+
+def type_name(message_type):
+    """Return how bags name a ROS message class."""
+    package = message_type.__module__.split('.')[0]
+    return f'{package}/msg/{message_type.__name__}'
+
+
 class Bag:
     """
     A new bag at `path`; nothing that exists is overwritten.
@@ -47,7 +61,7 @@ class Bag:
             raise BadParameter(NO_ROSBAGS)
         if compression != 'none' and storage != 'mcap':
             raise BadParameter(f'compression {compression} needs storage mcap, not {storage}')
-        self.path = Path(path)
+        self.path = expanded(path)
         self._storage = storage
         self._is_aborted = False
         self._types = get_typestore(Stores.ROS2_KILTED)
@@ -63,9 +77,8 @@ class Bag:
 
     def add_topic(self, topic, message_type):
         """Add a topic by its full name; `message_type` is a ROS message class."""
-        package = message_type.__module__.split('.')[0]
         self._connections[topic] = self._writer.add_connection(
-            topic, f'{package}/msg/{message_type.__name__}', typestore=self._types)
+            topic, type_name(message_type), typestore=self._types)
 
     def write(self, topic, time, data):
         """Write a serialised message at `time` [ns]; raises OSError where the disk is full."""
@@ -109,8 +122,8 @@ class RecordedTopics:
     """
     The package's own topics in a bag, whoever recorded it.
 
-    names: {topic in the bag: its name in `topics.TOPICS`}; a namespace before it makes no
-    difference. Raises BadParameter where there is no bag that can be read.
+    names: {topic in the bag: its name in `topics.TOPICS`} of all that have its type; a namespace
+    before it makes no difference. Raises BadParameter where there is no bag that can be read.
     """
 
     def __init__(self, path):
@@ -118,28 +131,50 @@ class RecordedTopics:
             raise BadParameter(NO_ROSBAGS)
         if not path:
             raise BadParameter('path must name a bag: --ros-args -p path:=my_bag')
-        if not Path(path).exists():
+        path = expanded(path)
+        if not path.exists():
             raise BadParameter(f'path: there is no bag {str(path)!r}')
-        if Path(path).is_dir() and not (Path(path) / 'metadata.yaml').exists():
+        if path.is_dir() and not (path / 'metadata.yaml').exists():
             raise BadParameter(
                 f'path: {str(path)!r} is no finished bag, it has no metadata.yaml. If its '
                 f"recorder was killed, 'ros2 bag reindex {path}' helps: mcap has kept all but its "
                 'last chunk, sqlite3 nothing')
         self._path = path
         with self._readable():
-            self._reader = AnyReader([Path(path)])
+            self._reader = AnyReader([path])
             self._reader.open()
-            topics = sorted(self._reader.topics)
-        self.names = {topic: name for topic in topics for name in TOPICS
-                      if topic.endswith('/' + name.lstrip('/'))}
+            types = {topic: info.msgtype for topic, info in sorted(self._reader.topics.items())}
+        self.names = {topic: name for topic, kind in types.items() for name in TOPICS
+                      if topic.endswith('/' + name.lstrip('/'))
+                      and kind == type_name(TOPICS[name].message)}
+
+    def find(self, name):
+        """
+        Return the topic in the bag that is meant by its name there or in `topics.TOPICS`.
+
+        Raises BadParameter where there is none, and where there are several.
+        """
+        found = [topic for topic, own in self.names.items() if own == name]
+        if name in self.names:
+            found = [name]
+        if not found:
+            raise BadParameter(f'topics: the bag has no {name}; '
+                               f'it has {", ".join(self.names) or "none of ours"}')
+        if len(found) > 1:
+            raise BadParameter(f'topics: the bag has {len(found)} topics of the name {name}, '
+                               f"{', '.join(found)}; name one as it stands there: "
+                               f"topics:='[{found[0]}]'")
+        return found[0]
 
     def messages(self, names):
         """
-        Yield (name, time in the bag [ns], serialised message) of the topics `names`.
+        Yield (name in `topics.TOPICS`, time in the bag [ns], serialised message), in its order.
 
-        Raises BadParameter where the bag is damaged.
+        names: of the topics that are read, as `find` takes them. Raises BadParameter where the
+        bag is damaged.
         """
-        wanted = [c for c in self._reader.connections if self.names.get(c.topic) in names]
+        topics = {self.find(name) for name in names}
+        wanted = [c for c in self._reader.connections if c.topic in topics]
         messages = self._reader.messages(wanted)
         while True:
             with self._readable():

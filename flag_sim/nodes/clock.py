@@ -20,13 +20,17 @@ class FrameClock:
     """
     Counts the frames of a take.
 
-    rate: frames per second [Hz]. index: of the frame that is sent next. Stamps follow from the
-    count of frames in exact arithmetic, so they gather no error however long a take is.
+    rate: frames per second [Hz]. index: of the frame that is sent next. Times follow from the
+    count of frames in exact arithmetic, so they gather no error however long a take is. start:
+    stamp of the first frame [ns]; wall(): the wall clock's [ns], which stamps follow instead
+    wherever the take begins to keep to real time: at its first frame and after a pause.
     """
 
-    def __init__(self, rate):
+    def __init__(self, rate, start=0, wall=None):
         self.index = 0
-        self._origin = 0, 0  # a frame and its stamp [ns], from which the rate counts
+        self.offset = start  # of stamps before the take's time [ns]
+        self._wall = wall
+        self._origin = 0, 0  # a frame and its time [ns], from which the rate counts
         self._set_rate(rate)
 
     def _set_rate(self, rate):
@@ -40,15 +44,25 @@ class FrameClock:
         return self._rate
 
     def change_rate(self, rate):
-        """Change the rate from the next frame on, which keeps its stamp."""
-        self._origin = self.index, self.stamp
+        """Change the rate from the next frame on, which keeps its time."""
+        self._origin = self.index, self.time
         self._set_rate(rate)
 
     @property
+    def time(self):
+        """Return when in the take the next frame is: to the nearest whole nanosecond [ns]."""
+        first, time = self._origin
+        return time + round((self.index - first) * self._period)
+
+    @property
     def stamp(self):
-        """Return the stamp of the next frame [ns]: the whole nanosecond nearest to its time."""
-        first, stamp = self._origin
-        return stamp + round((self.index - first) * self._period)
+        """Return the stamp of the next frame [ns]."""
+        return self.offset + self.time
+
+    def meet_wall(self):
+        """Give the next frame the wall clock's time, if stamps are by it; they never go back."""
+        if self._wall is not None:
+            self.offset = max(self.offset, self._wall() - self.time)
 
     def wait(self):
         """Let time stand still until `due` is asked for again."""
@@ -58,5 +72,6 @@ class FrameClock:
         """Return the index of the frame that is due at steady time `now` [s], or the next one."""
         if self._due_origin is None:
             self._due_origin = now, self.index
+            self.meet_wall()
         begin, first = self._due_origin
         return max(first + round((now - begin) * self._rate), self.index)

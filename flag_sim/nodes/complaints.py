@@ -16,8 +16,6 @@
 import re
 import time
 
-from rclpy.clock import Clock, ClockType
-
 LOOK_AGAIN = 0.5  # between looks at what is missing [s]
 PATIENCE = 2.0  # that nothing is said about: frames come late while others start [s]
 WARN_EVERY = 5.0  # between warnings of one kind [s]
@@ -39,7 +37,7 @@ class Waiting:
         self._since = None  # steady time at which the present wait began [s]
         self._frames = 0
         self._has_said = False
-        node.create_timer(LOOK_AGAIN, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        node.create_timer(LOOK_AGAIN, self._look)
 
     def _look(self):
         now = time.monotonic()

@@ -14,20 +14,16 @@
 
 """The demo: a shot played through four processes in lockstep, and what was filmed as pictures."""
 import argparse
-import os
 from pathlib import Path
 import shutil
 import sys
 import time
 
-from flag_sim.nodes import messages
+from flag_sim.arguments import given_path
 from flag_sim.nodes.config import config_path
 from flag_sim.nodes.domains import NoDomain
 from flag_sim.nodes.film import images_of, write_animation, write_contact_sheet
 from flag_sim.nodes.graph import Graph
-from flag_sim.nodes.life import bring_profile
-from flag_sim.nodes.topics import subscribe
-import rclpy
 from tqdm import tqdm
 import yaml
 
@@ -35,72 +31,68 @@ import yaml
 # half a minute, and in one on a machine that is busy.
 STALLED = 60.0
 FIRST_STALLED = 300.0
+LOOK_AGAIN = 0.1  # at the nodes [s]
+LONGEST_LOOK = 1.0  # beyond that this process was stopped, and has not seen the time go by [s]
 
 
 class Progress:
-    """Counts the frames that the recorder has safe, and the time from the first to the last."""
+    """Shows how many frames the recorder has safe, and notices when there come no more."""
 
     def __init__(self, frames):
         self.bar = tqdm(total=frames, unit='frame', desc='filming')
-        self.stamps = set()
-        self.first = self.last = None
-        self.changed = time.monotonic()
+        self._seen = None    # steady time of the last look [s]
+        self._without = 0.0  # time since the last new frame, as far as it was seen [s]
 
-    def on_frame_done(self, message):
-        """Note a frame; one that was sent again counts once."""
-        stamp = messages.to_stamp(message.stamp)
-        if message.frame_id != 'recorder' or stamp in self.stamps:
-            return
-        self.stamps.add(stamp)
-        self.last = self.changed = time.monotonic()
-        self.first = self.first or self.last
-        self.bar.update()
-
-    def is_stalled(self, now):
-        """Return whether at steady time `now` [s] there is no hope for another frame."""
-        return now - self.changed > (STALLED if self.stamps else FIRST_STALLED)
+    def look(self, frames, now):
+        """Note at steady time `now` [s] how many frames are safe."""
+        self._without += 0.0 if self._seen is None else min(now - self._seen, LONGEST_LOOK)
+        self._seen = now
+        if frames > self.bar.n:
+            self.bar.update(frames - self.bar.n)
+            self._without = 0.0
 
     @property
-    def frames_per_second(self):
-        """Return the rate of the frames after the first."""
-        if self.bar.n < 2:
-            return 0.0
-        return (self.bar.n - 1) / (self.last - self.first)
+    def is_stalled(self):
+        """Return whether there is no hope for another frame."""
+        return self._without > (STALLED if self.bar.n else FIRST_STALLED)
 
 
 def play(shot, frames, out):
-    """Play the params file `shot` into the bag out/demo; return frames per second or None."""
+    """
+    Play the params file `shot` into the bag out/demo.
+
+    Return whether wind and recorder have ended as they do after a whole shot, and what the
+    recorder told last (see Graph.told).
+    """
     arguments = ['--params-file', str(shot), '-p']
     with Graph(out / 'log') as graph:
-        # This process listens in, so it is part of the same graph as the nodes.
-        os.environ.update(graph.environment)
-        bring_profile()
-        with rclpy.init():
-            watcher = rclpy.create_node('demo')
-            progress = Progress(frames)
-            subscribe(watcher, 'frame_done', progress.on_frame_done)
-            graph.start('physics', *arguments[:2])
-            graph.start('renderer', *arguments[:2])
-            graph.start('recorder', *arguments, f'path:={out / "demo"}', '-p', 'storage:=mcap',
-                        '-p', 'compression:=zstd', '-p', f'frames:={frames}')
-            wind = graph.start('wind', *arguments, 'pace:=lockstep', '-p',
-                               'wait_for:=[renderer, recorder]')
-            while wind.poll() is None and not graph.failed():
-                rclpy.spin_once(watcher, timeout_sec=0.1)
-                if progress.is_stalled(time.monotonic()):
-                    break
-            graph.wait('recorder', 10.0)
-            progress.bar.close()
-            is_whole = progress.bar.n >= frames
-            # Whoever failed knows why; where nobody did, any node may.
-            for name in graph.failed() or ([] if is_whole else graph.processes):
-                print(f'--- {name} said:\n{graph.log(name)}', file=sys.stderr)
-            return progress.frames_per_second if is_whole else None
+        progress = Progress(frames)
+        graph.start('physics', *arguments[:2])
+        graph.start('renderer', *arguments[:2])
+        recorder = graph.start(
+            'recorder', *arguments, f'path:={out / "demo"}', '-p', 'storage:=mcap', '-p',
+            'compression:=zstd', '-p', f'frames:={frames}')
+        wind = graph.start('wind', *arguments, 'pace:=lockstep', '-p',
+                           'wait_for:=[renderer, recorder]')
+        while None in (wind.poll(), recorder.poll()) and not graph.failed():
+            progress.look(int(graph.told('recorder').get('X_FLAG_SIM_FRAMES', 0)),
+                          time.monotonic())
+            if progress.is_stalled:
+                break
+            time.sleep(LOOK_AGAIN)
+        told = graph.told('recorder')
+        progress.look(int(told.get('X_FLAG_SIM_FRAMES', 0)), time.monotonic())
+        progress.bar.close()
+        is_whole = wind.poll() == 0 and recorder.poll() == 0
+        # Whoever failed knows why; where nobody did, any node may.
+        for name in graph.failed() or ([] if is_whole else graph.processes):
+            print(f'--- {name} said:\n{graph.log(name)}', file=sys.stderr)
+        return is_whole, told
 
 
 def frames_of(path):
     """Return the number of frames of a params file, or None where it is not a shot."""
-    wind = yaml.safe_load(path.read_text()).get('/wind', {})
+    wind = yaml.safe_load(path.read_text()).get('/**/wind', {})
     return wind.get('ros__parameters', {}).get('frames')
 
 
@@ -110,11 +102,41 @@ def shots():
                   if frames_of(path))
 
 
+def film(shot, frames, out):
+    """Play the params file `shot`, make its pictures in `out`; return the exit status."""
+    shutil.rmtree(out / 'demo', ignore_errors=True)
+    for name in ('demo.gif', 'demo.png'):
+        (out / name).unlink(missing_ok=True)
+    print(f'playing {shot.name}: {frames} frames through wind, physics, renderer and recorder')
+    print('(the first time, compiling the kernels takes up to half a minute)')
+    try:
+        is_whole, told = play(shot, frames, out)
+    except NoDomain as error:
+        print(error, file=sys.stderr)
+        return 1
+    images = list(images_of(out / 'demo')) if is_whole else []
+    if len(images) != frames:
+        print('the shot did not reach its end', file=sys.stderr)
+        return 1
+    write_animation(images, out / 'demo.gif')
+    write_contact_sheet(images, out / 'demo.png')
+    seconds = float(told.get('X_FLAG_SIM_SECONDS', 0.0))
+    rate = f' at {frames / seconds:.0f} frames/s' if seconds else ''
+    print(f'{frames} frames{rate}. Made:\n'
+          f'  {out / "demo"}      the bag: images, camera_info, vertices, parameters\n'
+          f'  {out / "demo.gif"}  the shot at its own speed\n'
+          f'  {out / "demo.png"}  a contact sheet\n'
+          f'See it again, where ROS is installed: ros2 bag play {out / "demo"}')
+    return 0
+
+
 def main(args=None):
-    """Play a shot, make its pictures, and say where they are."""
+    """Film a shot of config/; return the exit status."""
     parser = argparse.ArgumentParser(prog='demo', description=__doc__)
-    parser.add_argument('--shot', default='gust', help='a params file in config/, without .yaml')
-    parser.add_argument('--out', type=Path, default=Path('out'), help='folder of what is made')
+    parser.add_argument('--shot', default='gust',
+                        help='a params file in config/, without .yaml (gust)')
+    parser.add_argument('--out', type=given_path, default=Path('out'),
+                        help='folder of what is made (out)')
     options = parser.parse_args(args)
     try:
         shot = config_path(f'{options.shot}.yaml')
@@ -122,28 +144,8 @@ def main(args=None):
         parser.error(f"no shot '{options.shot}' in config/; there are: {', '.join(shots())}")
     frames = frames_of(shot)
     if not frames:
-        parser.error(f'{shot} is not a shot: it has no number of frames for /wind')
-
-    out = options.out
-    shutil.rmtree(out / 'demo', ignore_errors=True)
-    print(f'playing {shot.name}: {frames} frames through wind, physics, renderer and recorder')
-    print('(the first time, compiling the kernels takes up to half a minute)')
-    try:
-        rate = play(shot, frames, out)
-    except NoDomain as error:
-        parser.exit(1, f'{error}\n')
-    if rate is None:
-        print('the shot did not reach its end', file=sys.stderr)
-        return 1
-    images = list(images_of(out / 'demo'))
-    write_animation(images, out / 'demo.gif')
-    write_contact_sheet(images, out / 'demo.png')
-    print(f'{frames} frames at {rate:.0f} frames/s. Made:\n'
-          f'  {out / "demo"}      the bag: images, camera_info, vertices, parameters\n'
-          f'  {out / "demo.gif"}  the shot at its own speed\n'
-          f'  {out / "demo.png"}  a contact sheet\n'
-          f'See it again, where ROS is installed: ros2 bag play {out / "demo"}')
-    return 0
+        parser.error(f'{shot} is not a shot: it has no number of frames for the wind')
+    return film(shot, frames, options.out)
 
 
 if __name__ == '__main__':

@@ -19,6 +19,9 @@ A frame is known by its take (one run of the shot), its index in it, and the old
 take that somebody may still be waiting for when it was sent. In lockstep the frames from `oldest`
 on are owed: they are served one after another, and one that was lost is waited for, because it
 is sent again. In real time nothing is owed (`oldest` is the frame itself) and gaps are passed.
+
+What its sender says is owed to nobody any more, and yet sends, is played again: a bag that is
+looped is played in rounds, and none of a round's frames is a copy of the round before.
 """
 import enum
 import time
@@ -49,19 +52,31 @@ class Arrival(enum.Enum):
 
     NEW = enum.auto()      # a frame not seen before: it waits for its turn
     AGAIN = enum.auto()    # a copy of a frame that was served: answer it again
-    STALE = enum.auto()    # a late copy from an earlier take: ignore it
-    RESTART = enum.auto()  # the first of another take: forget everything, then as NEW
+    STALE = enum.auto()    # far behind: a late copy, or the first of a round, as the next tells
+    RESTART = enum.auto()  # the first of another take or round: forget everything, then as NEW
+
+
+def _follows(tag, behind):
+    """Return whether a frame comes right after another one, or is it once more."""
+    if tag.take != behind.take:
+        return tag.take > behind.take
+    # Only where nothing is owed may some be left out between them.
+    owes = any(frame.oldest < frame.index for frame in (behind, tag))
+    return behind.index <= tag.index <= (behind.index + 1 if owes else tag.index)
 
 
 class FrameOrder:
     """Keeps frames until it is their turn."""
 
     LONGEST_QUEUE = 64  # more than any window; only a broken sender fills it
+    LARGEST_WINDOW = 8  # of any sender [frames]; copies of frames farther behind are not asked for
 
     def __init__(self):
         self._take = None
         self._sender = None
-        self._last = -1
+        self._first = self._last = -1  # of the frames of this round; the last one served
+        self._oldest = 0  # that may still be waited for, by the newest word of the sender
+        self._behind = None  # the frame far behind that came last, if none came after it
         self._waiting = {}
 
     def arrive(self, tag, sender=None):
@@ -69,19 +84,28 @@ class FrameOrder:
         Take note of a frame and say what it is.
 
         sender: whatever tells one publisher from another, or None. A new publisher may play an
-        old take again (a bag that is played twice); the same publisher's older frames are copies.
+        old take again (a bag that is played twice); the same publisher's older frames are copies
+        or, where two that are far behind come in a row, the begin of another round. One alone
+        decides nothing: a network that holds messages back brings such copies.
         """
         changed = sender != self._sender
         self._sender = sender
+        behind, self._behind = self._behind, None
         if tag.take is None or self._take is None:
             # Without takes, time that jumps back begins anew, as it does everywhere in ROS.
             if tag.take != self._take or self._last < 0 or tag.index < self._last:
                 return self._restart(tag)
         elif tag.take > self._take:
             return self._restart(tag)
-        elif tag.take < self._take:
-            return self._restart(tag) if changed else Arrival.STALE
+        elif changed and tag.take < self._take:
+            return self._restart(tag)
+        elif not changed and self._is_behind(tag, behind):
+            if behind is not None and _follows(tag, behind):
+                return self._restart(behind, tag)
+            self._behind = tag
+            return Arrival.STALE
         if tag.index <= self._last:
+            self._oldest = max(self._oldest, tag.oldest)
             return self._restart(tag) if changed else Arrival.AGAIN
         self._wait(tag)
         return Arrival.NEW
@@ -91,6 +115,11 @@ class FrameOrder:
         """Return {index: tag} of the frames whose turn has not come."""
         return self._waiting
 
+    @property
+    def kept(self):
+        """Return the tags of all frames that may yet be served: waiting, or far behind."""
+        return [*self._waiting.values(), *([self._behind] if self._behind else [])]
+
     def next_frame(self, is_ready=lambda tag: True):
         """
         Return the next frame whose turn it is and that `is_ready`, or None.
@@ -99,18 +128,33 @@ class FrameOrder:
         """
         for index in sorted(self._waiting):
             tag = self._waiting[index]
-            if is_ready(tag) and max(tag.oldest, self._last + 1) >= index:
+            if is_ready(tag) and max(self._oldest, tag.oldest, self._last + 1) >= index:
                 self._last = index
                 self._waiting = {i: t for i, t in self._waiting.items() if i > index}
                 return tag
         return None
 
-    def _restart(self, tag):
-        self._take, self._last, self._waiting = tag.take, -1, {}
-        self._wait(tag)
+    def _is_behind(self, tag, behind):
+        """Return whether a frame cannot be a copy that the take's sender was asked for."""
+        if tag.take < self._take:
+            return True
+        # Rounds that are shorter than a window are known by their first frame.
+        is_early = self._first in (tag.index, behind.index if behind is not None else None)
+        return tag.index < self._oldest and (
+            is_early or tag.index < self._last - self.LARGEST_WINDOW)
+
+    def _restart(self, *tags):
+        """Begin a round with the last of `tags`, and those before it of the same take."""
+        self._take = tags[-1].take
+        self._last, self._oldest, self._waiting = -1, 0, {}
+        for tag in tags:
+            if tag.take == self._take:
+                self._wait(tag)
+        self._first = min(self._waiting)
         return Arrival.RESTART
 
     def _wait(self, tag):
+        self._oldest = max(self._oldest, tag.oldest)
         known = self._waiting.get(tag.index)
         if known is None or tag.oldest > known.oldest:
             self._waiting[tag.index] = tag

@@ -22,8 +22,14 @@ import sys
 import time
 
 from flag_sim.nodes.domains import claimed_domain
+from flag_sim.nodes.notices import Notices
 
 GRACE = 10.0  # time that a node gets to end [s]
+LOOK_AGAIN = 0.1  # whether a node has ended instead of telling something [s]
+
+
+class NotReady(RuntimeError):
+    """A node has ended, or was too slow, before it was ready."""
 
 
 class Graph:
@@ -39,6 +45,7 @@ class Graph:
         self.logs.mkdir(parents=True, exist_ok=True)
         self.domain = domain
         self.processes = {}
+        self._notices = {}
         self._cleanup = contextlib.ExitStack()
 
     @property
@@ -48,13 +55,32 @@ class Graph:
                 'ROS_DOMAIN_ID': str(self.domain)}
 
     def start(self, node, *arguments, name=None):
-        """Start a node with `--ros-args` arguments; return its process."""
+        """Start a node with `--ros-args` arguments; return its process, which is not ready yet."""
         name = name or node
+        notices = self._notices[name] = Notices()
+        self._cleanup.callback(notices.close)
         log = self._cleanup.enter_context(open(self.logs / f'{name}.log', 'w'))
         command = [sys.executable, '-m', f'flag_sim.nodes.{node}', '--ros-args', *arguments]
         self.processes[name] = subprocess.Popen(
-            command, stdout=log, stderr=subprocess.STDOUT, env=self.environment)
+            command, stdout=log, stderr=subprocess.STDOUT,
+            env={**self.environment, 'NOTIFY_SOCKET': notices.address})
         return self.processes[name]
+
+    def told(self, name):
+        """Return what a node has told of itself, {name: text} as in sd_notify(3); see notices."""
+        return self._notices[name].told()
+
+    def wait_ready(self, name, seconds=300.0):
+        """
+        Wait until a node is ready for frames; raise NotReady, with its log, if it is not in time.
+
+        Kernels that are compiled first take half a minute, more where the machine is busy.
+        """
+        end = time.monotonic() + seconds
+        while 'READY' not in self.told(name):
+            if self.processes[name].poll() is not None or time.monotonic() > end:
+                raise NotReady(f'{name} is not ready; it said:\n{self.log(name)}')
+            self._notices[name].wait(LOOK_AGAIN)
 
     def log(self, name):
         """Return what a node has said so far."""
@@ -66,9 +92,15 @@ class Graph:
 
     def end(self, name):
         """End a node as Ctrl-C would; return its exit status."""
+        self._interrupt(name)
+        return self._wait_for_end(name)
+
+    def _interrupt(self, name):
+        if self.processes[name].poll() is None:
+            self.processes[name].send_signal(signal.SIGINT)
+
+    def _wait_for_end(self, name):
         process = self.processes[name]
-        if process.poll() is None:
-            process.send_signal(signal.SIGINT)
         try:
             return process.wait(GRACE)
         except subprocess.TimeoutExpired:
@@ -90,9 +122,9 @@ class Graph:
 
     def __exit__(self, *_):
         """End every process that is still running."""
-        for process in self.processes.values():
-            if process.poll() is None:
-                process.send_signal(signal.SIGINT)
+        # Once each, all at the same time: a second signal ends a node before it has closed.
         for name in self.processes:
-            self.end(name)
+            self._interrupt(name)
+        for name in self.processes:
+            self._wait_for_end(name)
         self._cleanup.close()

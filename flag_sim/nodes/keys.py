@@ -14,14 +14,19 @@
 
 """Tracks as parameters of the wind node: `tracks` names them, `keys.<track>.*` hold their keys."""
 import bisect
+import dataclasses
 import functools
 import math
 
-from flag_sim.animation.timeline import Timeline
+from flag_sim import checks
+from flag_sim.animation.timeline import nearest_frame, Timeline
 from flag_sim.animation.tracks import Track
 from flag_sim.dials.catalogue import NODES, TURN
 
-PARTS = ('times', 'values', 'laws')
+PARTS = ('times', 'values', 'laws', 'turns')
+LARGEST_ANGLE = 1e6  # of a direction that turns [rad]: there float64 still tells 1e-10 apart
+ROUNDING = 1e-9  # of a direction by turns that are taken off and put on again [rad]
+WORDS = {float: 'numbers', str: 'texts', bool: 'booleans'}
 # What of the wind node itself can be keyed: the wind, not the clock that plays it.
 WIND_KEYED = ('speed', 'azimuth', 'elevation', 'gust.intensity')
 KEYED_NODES = ('wind', 'physics', 'renderer')
@@ -42,18 +47,35 @@ def track_of(name):
     return name.removeprefix('keys.').rpartition('.')[0]
 
 
+def item_of(name):
+    """Return the type of the values that a parameter `keys.*` lists: float, str or bool."""
+    if name.endswith('.values'):
+        dial = target_dial(track_of(name))
+        kind = dial.item if dial.is_list else type(dial.default)
+        return float if kind is int else kind  # a whole number goes through lists as a number
+    return str if name.endswith('.laws') else float
+
+
 def accept_keys(name, value):
     """Return the value of a parameter `keys.*` in its own type, or raise ValueError."""
-    target_dial(track_of(name))
+    dial = target_dial(track_of(name))
+    if name.endswith('.turns'):
+        if not isinstance(value, bool):
+            raise ValueError(f'{name} must be true or false, not {value!r}')
+        if value:
+            _turning(name, dial)
+        return value
     if not isinstance(value, (list, tuple)) and not hasattr(value, 'tolist'):
         raise ValueError(f'{name} must be a list, not {value!r}')
-    values = list(value)
-    numbers = [v for v in values if isinstance(v, (int, float)) and not isinstance(v, bool)]
-    if name.endswith('.times') and len(numbers) < len(values):
-        raise ValueError(f'{name} must be a list of numbers [s], not {values}')
-    if name.endswith('.laws') and not all(isinstance(v, str) for v in values):
-        raise ValueError(f'{name} must be a list of texts, not {values}')
-    return [float(v) for v in values] if values and len(numbers) == len(values) else values
+    return [_accept_item(name, one) for one in value]
+
+
+def _accept_item(name, value):
+    item = item_of(name)
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if not (is_number if item is float else isinstance(value, item)):
+        raise ValueError(f'{name} must be a list of {WORDS[item]}, not {value!r} in it')
+    return float(value) if is_number else value
 
 
 @functools.lru_cache(maxsize=None)
@@ -86,23 +108,25 @@ def read_timeline(values):
     names = values['tracks']
     if len(set(names)) < len(names):
         raise ValueError(f'tracks must name each track once: {names}')
-    tracks = {name: _read_track(name, *(values.get(key_name(name, part)) for part in PARTS))
+    rate = values['rate'] if values['snap_keys'] else None
+    tracks = {name: _read_track(name, rate, *(values.get(key_name(name, p)) for p in PARTS))
               for name in names}
-    return Timeline(tracks, _read_events(values), values['loop'])
+    return Timeline(tracks, _read_events(values, rate), values['loop'])
 
 
-def _read_track(name, times, keys, laws):
+def _read_track(name, rate, times, keys, laws, turns):
     """Return the Track of a name and its parameters; raise ValueError if it cannot be played."""
     target_dial(name)
     if times is None or keys is None:
         raise ValueError(f"track '{name}' needs {key_name(name, 'times')} and "
                          f"{key_name(name, 'values')}")
     # By types too, for True and 1.0 are equal but are not both a number.
-    return _make_track(name, tuple(times), tuple(keys), tuple(map(type, keys)), tuple(laws or ()))
+    return _make_track(name, rate, tuple(times), tuple(keys), tuple(map(type, keys)),
+                       tuple(laws or ()), bool(turns))
 
 
 @functools.lru_cache(maxsize=256)
-def _make_track(name, times, keys, types, laws):
+def _make_track(name, rate, times, keys, types, laws, turns):
     """Return the Track; the same again while others are edited, as two hundred keys take 4 ms."""
     del types
     dial = target_dial(name)
@@ -111,9 +135,43 @@ def _make_track(name, times, keys, types, laws):
         for law in laws if dial.choices else ():
             if law != 'step':
                 raise ValueError(f"law '{law}' cannot lead between {dial.rule}; use step")
-        return Track(times, _accepted(dial, keys), laws, is_angle(dial))
-    except (ValueError, TypeError, OverflowError) as error:
+        keys = _accepted(_turning(key_name(name, 'turns'), dial) if turns else dial, keys)
+        track = Track(times, keys, laws, is_angle(dial), turns)
+        return _snapped(track, rate) if rate else track
+    except (ValueError, TypeError) as error:
         raise ValueError(f"track '{name}': {error}") from None
+
+
+def _turning(name, dial):
+    """Return the dial of a direction with room for many turns; raise ValueError for others."""
+    if not is_angle(dial):
+        raise ValueError(f'{name} must be false, not true: {dial.name} is no direction')
+    return dataclasses.replace(dial, low=-LARGEST_ANGLE, high=LARGEST_ANGLE)
+
+
+def _snapped(track, rate):
+    """Return a Track with its keys at frames [Hz]; raise ValueError where two come to one."""
+    frames = [nearest_frame(time, rate) for time in track.times]
+    for k, (frame, following) in enumerate(zip(frames, frames[1:])):
+        if frame == following:
+            raise ValueError(f'its keys at {track.times[k]} s and {track.times[k + 1]} s are both '
+                             f'nearest to the frame at {checks.text(frame)} s, and snap_keys '
+                             'allows one key a frame')
+    return Track(frames, track.values, track.laws, track.is_angle, track.turns)
+
+
+def warnings(timeline):
+    """Return {track name: what may surprise whoever has set its keys}."""
+    found = {}
+    for name, track in timeline.tracks.items():
+        for k in track.long_ways()[:1]:
+            times, values = track.times[k:k + 2], track.values[k:k + 2]
+            found[name] = (
+                f"track '{name}': from its key at {times[0]} s to that at {times[1]} s it is half "
+                f'a turn or more ({values[0]} to {values[1]} rad). Directions go the short way, '
+                f'here by {track.step_from(k):.4g} rad. Set {key_name(name, "turns")} to true '
+                'and it turns as its values say')
+    return found
 
 
 def _accepted(dial, keys):
@@ -122,20 +180,25 @@ def _accepted(dial, keys):
         if len(keys) % dial.length:
             raise ValueError(f'values must hold {dial.length} numbers a key, not {len(keys)}')
         return [dial.accept(keys[i:i + dial.length]) for i in range(0, len(keys), dial.length)]
-    # A whole number goes through parameters as a number and comes back here.
-    return [dial.accept(int(v) if _is_whole(dial) and v == int(v) else v) for v in keys]
+    return [dial.accept(_back_to_whole(v) if _is_whole(dial) else v) for v in keys]
 
 
 def _is_whole(dial):
     return type(dial.default) is int
 
 
-def _read_events(values):
+def _back_to_whole(value):
+    """Return as an int what has gone through parameters as a number; all else as it is."""
+    is_whole = isinstance(value, float) and value.is_integer() and abs(value) < 2.0 ** 63
+    return int(value) if is_whole else value
+
+
+def _read_events(values, rate):
     names, times = values['events.names'], values['events.times']
     if len(names) != len(times):
         raise ValueError('events.names and events.times must be of one length, not '
                          f'{len(names)} and {len(times)}')
-    return list(zip(times, names))
+    return list(zip([nearest_frame(time, rate) for time in times] if rate else times, names))
 
 
 def values_at(timeline, time):
@@ -177,24 +240,27 @@ def with_key(values, track, time, value, old, reach):
     """
     dial = target_dial(track)
     value = dial.accept(value)
-    if track in values['tracks']:
-        present = read_timeline(values).tracks[track]
-        if present.at(time) == value:
-            return {}
-        times, keyed, laws = list(present.times), list(present.values), list(present.laws)
-        tracks = values['tracks']
-    else:
+    is_first = track not in values['tracks']
+    if is_first:
         old = dial.accept(old)
         if value == old:
             return {}
-        times, keyed, laws = [0.0], [old], [_usual_law(dial)]
+        played, times, keyed, laws = [0.0], [0.0], [old], [_usual_law(dial)]
         tracks = [*values['tracks'], track]
-    is_first = track not in values['tracks']
-    nearest = min(range(len(times)), key=lambda k: abs(times[k] - time))
-    if abs(times[nearest] - time) <= reach:
+    else:
+        present = read_timeline(values).tracks[track]
+        value = _on_its_turn(present, time, value)
+        if present.at(time) == value:
+            return {}
+        # As they were set, which is not quite when they play where keys snap to frames.
+        times, played = list(values[key_name(track, 'times')]), present.times
+        keyed, laws = list(present.values), list(present.laws)
+        tracks = values['tracks']
+    nearest = min(range(len(played)), key=lambda k: abs(played[k] - time))
+    if abs(played[nearest] - time) <= reach:
         keyed[nearest] = value
     else:
-        k = bisect.bisect(times, time)
+        k = bisect.bisect(played, time)
         times.insert(k, time)
         keyed.insert(k, value)
         laws.insert(k, laws[max(k - 1, 0)])  # a segment that is cut keeps its law on both sides
@@ -204,3 +270,12 @@ def with_key(values, track, time, value, old, reach):
     flat = [float(v) for v in flat] if _is_whole(dial) else flat
     return {'tracks': tracks, key_name(track, 'times'): times,
             key_name(track, 'values'): flat, key_name(track, 'laws'): laws}
+
+
+def _on_its_turn(track, time, value):
+    """Return a value, a direction that turns with as many turns as bring it near what plays."""
+    if not track.turns:
+        return value
+    here = track.at(time)
+    way = math.remainder(value - here, TURN)
+    return here + way if abs(way) > ROUNDING else here

@@ -20,10 +20,12 @@ import signal
 import socket
 import sys
 import threading
-import time
 
 from flag_sim.nodes.config import config_path
+from flag_sim.nodes.given_files import tell_of_strangers
+from flag_sim.nodes.notices import Teller
 from flag_sim.nodes.parameters import BadParameter
+from flag_sim.nodes.usage import asks_for_help, usage
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
@@ -33,6 +35,15 @@ from rclpy.utilities import remove_ros_args
 
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # of glibc's malloc.h
 LARGEST_KEPT = 32 << 20  # the most that glibc takes [bytes]: an rgb8 image of 3840 x 2160 fits
+
+# Variables, and files in the working directory, by which users choose profiles or transports of
+# Fast DDS. A discovery server (ROS_DISCOVERY_SERVER) is no such choice: it goes with our profile.
+OWN_TRANSPORTS = (
+    'FASTDDS_DEFAULT_PROFILES_FILE', 'FASTRTPS_DEFAULT_PROFILES_FILE',
+    'FASTDDS_BUILTIN_TRANSPORTS', 'FASTDDS_ENVIRONMENT_FILE', 'ROS2_EASY_MODE')
+OWN_PROFILES = 'DEFAULT_FASTDDS_PROFILES.xml', 'DEFAULT_FASTRTPS_PROFILES.xml'
+
+TELL_EVERY = 0.5  # whoever started the node how many frames it has served [s]
 
 # Held for as long as the process lives: a socket that nobody holds is closed.
 _signal_sockets = socket.socketpair()
@@ -54,26 +65,35 @@ def keep_memory():
 
 def bring_profile():
     """
-    Give Fast DDS the package's profile, unless the user has chosen a profile or a middleware.
+    Give Fast DDS the package's profile, unless the user has chosen how messages travel.
 
     With its stock settings a large image fills the shared memory segment, and from then on small
     reliable messages may never arrive: a run in lockstep stops for good within seconds.
     """
-    if os.environ.get('RMW_IMPLEMENTATION', 'rmw_fastrtps_cpp') != 'rmw_fastrtps_cpp':
+    if (os.environ.get('RMW_IMPLEMENTATION') or 'rmw_fastrtps_cpp') != 'rmw_fastrtps_cpp':
         return
-    if not os.environ.get('FASTRTPS_DEFAULT_PROFILES_FILE'):
-        os.environ.setdefault('FASTDDS_DEFAULT_PROFILES_FILE', str(config_path('fastdds.xml')))
+    if (os.environ.get('RMW_FASTRTPS_USE_QOS_FROM_XML') != '1'
+            and not any(os.environ.get(name) for name in OWN_TRANSPORTS)
+            and not any(os.path.exists(name) for name in OWN_PROFILES)):
+        os.environ['FASTDDS_DEFAULT_PROFILES_FILE'] = str(config_path('fastdds.xml'))
 
 
-def run(make_node, args=None):
+def run(node_class, args=None):
     """
-    Run the node that `make_node` makes until it ends or is told to; return the exit status.
+    Run a node until it ends or is told to; return the exit status.
 
     The node has `ended`, a future that gets its exit status once it has ended by itself, and
     `close`, called however the node ends; where it returns True, something could not be finished,
-    and the status is 1. SIGINT and SIGTERM else end it with status 0.
+    and the status is 1. SIGINT and SIGTERM else end it with status 0. Whoever started it is told,
+    if it asks (see notices), when the node is ready for frames, its figures, and that it ends.
     """
     arguments = sys.argv if args is None else args
+    if asks_for_help(arguments[1:]):
+        try:
+            print(usage(node_class), flush=True)
+        except BrokenPipeError:  # as by `| head`; Python would flush once more at its end
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
     keep_memory()
     bring_profile()
     stop = _future_of_signals()
@@ -87,18 +107,42 @@ def run(make_node, args=None):
     try:
         with context:
             _refuse_others(arguments)
-            node = make_node()
+            node = node_class()
+            tell_of_strangers(node, arguments)
+            node.tell_of_ignored()
+            teller = Teller()
             node.ended.add_done_callback(lambda ended: _set_once(stop, ended.result()))
             try:
                 executor = SingleThreadedExecutor()
                 executor.add_node(node)
+                _tell_figures(node, teller)
+                teller.tell(READY=1)
                 executor.spin_until_future_complete(stop)
             finally:
+                teller.tell(STOPPING=1, **_as_variables(node.figures))
                 is_unfinished = node.close()
             return 1 if is_unfinished else stop.result()
     except BadParameter as error:
         print(f'refused: {error}', file=sys.stderr)
         return 1
+
+
+def _as_variables(figures):
+    return {f'X_FLAG_SIM_{name.upper()}': number for name, number in figures.items()}
+
+
+def _tell_figures(node, teller):
+    """Tell whoever started the node, while it runs, how many frames it has served."""
+    if not teller.is_wanted:
+        return
+    told = {}
+
+    def tell():
+        figures = node.figures
+        if figures != told and teller.tell_news(STATUS=f'{figures["frames"]} frames',
+                                                **_as_variables(figures)):
+            told.update(figures)
+    node.create_timer(TELL_EVERY, tell)
 
 
 def _refuse_others(arguments):
@@ -135,25 +179,3 @@ def _future_of_signals():
 def _set_once(future, status):
     if not future.done():
         future.set_result(status)
-
-
-@contextlib.contextmanager
-def compiling(node, what, seconds=1.0):
-    """
-    Tell the user what is compiled in the `with` block, if it takes long, and when it is ready.
-
-    Kernels take many seconds the first time and none later; the node does nothing else meanwhile.
-    """
-    begin = time.monotonic()
-    timer = threading.Timer(seconds, node.get_logger().info, [
-        f'compiling {what}: frames wait for it; the first time only, and half a minute at most '
-        'unless the machine is busy'])
-    timer.daemon = True
-    timer.start()
-    try:
-        yield
-    finally:
-        timer.cancel()
-    spent = time.monotonic() - begin
-    if spent > seconds:
-        node.get_logger().info(f'compiled {what} in {spent:.1f} s')

@@ -14,6 +14,7 @@
 
 """Arrays to messages and back: pure functions, each with the checks that its message needs."""
 import array
+import struct
 
 from builtin_interfaces.msg import Time
 from flag_sim.nodes.frames import Tag
@@ -21,6 +22,7 @@ from flag_sim.nodes.parameters import to_parameter
 import numpy as np
 from rcl_interfaces.msg import ParameterEvent, ParameterType
 from rclpy.parameter import parameter_value_to_python
+from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 from std_msgs.msg import Header
 
@@ -38,6 +40,8 @@ VALUE_FIELDS = {
     ParameterType.PARAMETER_DOUBLE_ARRAY: 'double_array_value',
 }
 
+LATEST = 2**31 * 10**9 - 1  # that a Time holds [ns]
+
 
 def to_time(stamp):
     """Return nanoseconds as a Time."""
@@ -47,6 +51,19 @@ def to_time(stamp):
 def to_stamp(time):
     """Return a Time in nanoseconds."""
     return time.sec * 10**9 + time.nanosec
+
+
+def serialized_stamp(data):
+    """
+    Return the stamp [ns] of a serialised message that begins with a Time or a Header.
+
+    CDR: four bytes that say the byte order, then the seconds and the nanoseconds. Raises
+    ValueError for a message that is too short for them.
+    """
+    if len(data) < 12:
+        raise ValueError(f'its {len(data)} bytes are too few for a stamp')
+    seconds, nanoseconds = struct.unpack_from('<iI' if data[1] & 1 else '>iI', data, 4)
+    return seconds * 10**9 + nanoseconds
 
 
 def header(stamp, frame_id):
@@ -230,3 +247,21 @@ def read_parameters(message):
     if not 0 <= place[2] <= place[1]:
         raise ValueError(f'frame.oldest {place[2]} is not from 0 to frame.index {place[1]}')
     return Tag(stamp, *place), wind, values
+
+
+def owed_alone(data):
+    """
+    Return a serialised ParameterEvent of a frame as one that says: no older frame will come.
+
+    As the wind sends a frame again: who waits for an older one goes on with it. Bytes that are no
+    such message are returned as they are.
+    """
+    try:
+        message = deserialize_message(data, ParameterEvent)
+        tag, _, _ = read_parameters(message)
+    except (RuntimeError, ValueError):
+        return data
+    for parameter in message.changed_parameters if tag.take is not None else ():
+        if parameter.name == 'frame.oldest':
+            parameter.value.integer_value = tag.index
+    return serialize_message(message)

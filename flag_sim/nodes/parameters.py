@@ -16,16 +16,19 @@
 import difflib
 
 from flag_sim.dials.catalogue import NODES, SCENE
+from flag_sim.nodes.overrides import ignored_overrides, PREFIX
+from flag_sim.nodes.stopwatch import Stopwatch
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
+from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.task import Future
 
 ARRAY_TYPES = {str: Parameter.Type.STRING_ARRAY, float: Parameter.Type.DOUBLE_ARRAY,
                bool: Parameter.Type.BOOL_ARRAY}
-# Names that rclpy itself declares and reads.
-ROS_NAMES = ('use_sim_time', 'start_type_description_service', 'qos_overrides.')
+# Names that rclpy itself declares and reads, beside QoS overrides.
+ROS_NAMES = ('use_sim_time', 'start_type_description_service')
 
 
 class BadParameter(ValueError):
@@ -45,9 +48,26 @@ class DialNode(Node):
     def __init__(self, name, dials, **options):
         super().__init__(name, **options)
         self.ended = Future()  # set to the exit status when the node has nothing left to do
+        self._stopwatch = Stopwatch()
         self._dials = {dial.name: dial for dial in dials}
         self.values = {}
         self._declare()
+
+    @property
+    def figures(self):
+        """Return how many frames were served, and where the time went: see Stopwatch."""
+        return self._stopwatch.figures()
+
+    def create_timer(self, timer_period_sec, callback, callback_group=None, clock=None, **options):
+        """
+        Return a timer, of a steady clock unless another is given.
+
+        Frames alone follow the simulation's time. Who is waited for and what is told is about the
+        real world: with use_sim_time rclpy's own timers would stand still with the simulation.
+        """
+        return super().create_timer(
+            timer_period_sec, callback, callback_group,
+            clock or Clock(clock_type=ClockType.STEADY_TIME), **options)
 
     def _declare(self):
         # rclpy's private record of what was given at the start: its public way, to declare all
@@ -64,7 +84,7 @@ class DialNode(Node):
         except ValueError as error:
             raise BadParameter(str(error)) from None
         for name in given:
-            if not name.startswith(ROS_NAMES):
+            if name not in ROS_NAMES and not name.startswith(PREFIX):
                 self._warn_of(name)
 
     def _declare_one(self, name, item, descriptor):
@@ -72,7 +92,7 @@ class DialNode(Node):
         if value == []:  # of which rclpy cannot tell the type
             parameter = to_parameter(name, value, item)
             self.declare_parameter(name, parameter.type_, descriptor, ignore_override=True)
-            super().set_parameters_atomically([parameter])
+            self.store([parameter])
         else:
             self.declare_parameter(name, value, descriptor, ignore_override=True)
 
@@ -87,6 +107,11 @@ class DialNode(Node):
                 return
         self.get_logger().warning(f"parameter '{name}' is unknown and ignored{self._near(name)}")
 
+    def tell_of_ignored(self):
+        """Warn of QoS overrides that nothing takes; call it once the node has all its topics."""
+        for words in ignored_overrides(self):
+            self.get_logger().warning(words)
+
     def _near(self, name):
         near = difflib.get_close_matches(name, self._dials, n=1)
         return f"; the nearest known one is '{near[0]}'" if near else ''
@@ -100,6 +125,16 @@ class DialNode(Node):
             raise ValueError(f"no parameter '{name}'{self._near(name)}")
         return self._dials[name].accept(value)
 
+    def item_of(self, name):
+        """Return the type of what the list of parameter `name` holds, which an empty one hides."""
+        return self._dials[name].item if name in self._dials else str
+
+    def check_deletion(self, name):
+        """Raise ValueError unless parameter `name` may be deleted."""
+        if not name.startswith(PREFIX):
+            self.accept(name, self.values.get(name))  # no such name is told first
+        raise ValueError(f'{name} cannot be deleted: /{self.get_name()} always has it')
+
     def check(self, values):
         """Raise ValueError if `values` {name: value} cannot stand together; no side effects."""
 
@@ -112,31 +147,41 @@ class DialNode(Node):
 
     def set_parameters_atomically(self, parameter_list):
         """Set all of the parameters or, with the reason, none."""
+        own = [p for p in parameter_list if p.name not in ROS_NAMES]
+        deleted = {p.name for p in own if p.type_ == Parameter.Type.NOT_SET}
         try:
-            changes = {p.name: self.accept_change(p.name, p.value) for p in parameter_list
-                       if not p.name.startswith(ROS_NAMES)}
-            self.check({**self.values, **changes})
+            for name in deleted:
+                self.check_deletion(name)
+            changes = {p.name: self.accept_change(p.name, p.value) for p in own
+                       if p.name not in deleted}
+            self.check({name: value for name, value in {**self.values, **changes}.items()
+                        if name not in deleted})
         except ValueError as error:
             return SetParametersResult(successful=False, reason=str(error))
-        result = super().set_parameters_atomically(
-            [self._typed(p, changes) for p in parameter_list])
+        result = self.store([self._typed(p, changes) for p in parameter_list])
         if result.successful:
             self.values.update(changes)
-            self.apply(set(changes))
+            for name in deleted:
+                del self.values[name]
+            self.apply({*changes, *deleted})
         return result
+
+    def store(self, parameters):
+        """Set parameters as rclpy does, without the checks; return its result."""
+        return super().set_parameters_atomically(parameters)
 
     def accept_change(self, name, value):
         """Return `value` as accept does; raise ValueError also where only the start counts."""
-        dial = self._dials.get(name)
-        if dial is not None and dial.fixed:
+        is_override = name.startswith(PREFIX)
+        accepted = None if is_override else self.accept(name, value)
+        if is_override or (name in self._dials and self._dials[name].fixed):
             raise ValueError(f'{name} is fixed at the start of the node')
-        return self.accept(name, value)
+        return accepted
 
     def _typed(self, parameter, changes):
         if parameter.name not in changes:
             return parameter
-        dial = self._dials.get(parameter.name)
-        return to_parameter(parameter.name, changes[parameter.name], dial.item if dial else str)
+        return to_parameter(parameter.name, changes[parameter.name], self.item_of(parameter.name))
 
 
 def to_parameter(name, value, item=str):

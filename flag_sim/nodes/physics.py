@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """The physics node: moves the cloth to the time of every frame and publishes its vertices."""
+import math
 import sys
 import time
 
@@ -23,16 +24,20 @@ from flag_sim.cloth.simulation import Cloth, Diverged, MAX_WIND
 from flag_sim.cloth.strain import greatest_strain
 from flag_sim.dials.catalogue import PHYSICS, SCENE
 from flag_sim.dials.settings import air_of, cloth_of, hang_of, material_of, pole_of, stepping_of
+from flag_sim.kernels import compilations
 from flag_sim.nodes import messages
+from flag_sim.nodes.compiling import compiling
 from flag_sim.nodes.complaints import WARN_EVERY
 from flag_sim.nodes.lasting import Lasting
-from flag_sim.nodes.life import compiling, run
+from flag_sim.nodes.life import run
 from flag_sim.nodes.readout import ERROR, WARN
 from flag_sim.nodes.server import FrameServer
 from flag_sim.nodes.topics import publish
 
 CALM = 2.0
 """Seconds of simulated time without it after which softening or refining of steps is over."""
+PREROLL_FRAME = 1.0 / 30.0
+"""Longest piece of a pre-roll [s], an ordinary frame: `substeps_limit` goes by the frame."""
 
 
 def kernels_of(values):
@@ -46,17 +51,22 @@ class Physics(FrameServer):
 
     A frame's wind and values hold for the whole time from the frame before to it (a zero-order
     hold), so where they change the motion depends on `rate`, to first order in its period.
+
+    A cloth that begins anew (in a take's first frame, and of another size) first moves for
+    `preroll` seconds in that frame's wind, so it depends on nothing but this frame and the
+    parameters: it is the same in lockstep, in real time, after a reset and from a bag.
     """
 
     def __init__(self):
         super().__init__('physics', SCENE + PHYSICS)
-        self._time = None  # stamp that the cloth stands at [ns]; None: at rest, before any frame
+        self._time = None  # stamp that the cloth stands at [ns]; None: before any frame
+        self._is_new = True  # whether the cloth was just laid out, and has not moved since
         self._plan = None  # how the last frame was divided into steps
         self._refined = Lasting(CALM)
         self._softened = Lasting(CALM)
         self._held = 0  # nodes that stretch_limit held back in the last frame
         self._diverged = ''  # why the last frame could not be simulated
-        self._busy = 0.0, ''  # how long the last frame took [s], and what was compiled for it
+        self._busy = 0.0, ''  # how long the last frame took [s]; what was compiled or loaded then
         self._applied = dict(self.values)
         self._cloth = cloth_of(self.values)
         self._warm_up(self.values)
@@ -81,10 +91,14 @@ class Physics(FrameServer):
         """Refuse values of which no cloth can be made."""
         material_of(values), air_of(values), stepping_of(values)
         if values['pole.diameter'] >= values['pole.height']:
-            raise ValueError(f"pole.diameter {values['pole.diameter']:g} m must be less than "
-                             f"pole.height {values['pole.height']:g} m")
+            diameter, height = (checks.text(values[f'pole.{n}']) for n in ('diameter', 'height'))
+            raise ValueError(f'pole.diameter {diameter} m must be less than pole.height '
+                             f'{height} m')
         _, length, width = hang_of(values)
-        Mesh(2, 2, length, width)  # refuses a size that no grid has
+        try:
+            Mesh(2, 2, length, width)  # refuses a size that no grid has
+        except ValueError as error:
+            raise ValueError(f'flag.{error}') from None
 
     def check_wind(self, wind):
         """Refuse a wind that the cloth does not take."""
@@ -94,25 +108,32 @@ class Physics(FrameServer):
         """Lay the cloth out again."""
         del tag
         self._cloth.reset()
+        self._is_new = True
         self._time = None
         self._diverged = ''
 
     def work(self, tag, wind, values):
         """Return the frame's PointCloud2."""
         begin = time.monotonic()
-        kernels = kernels_of(self._applied)
+        kernels, before = kernels_of(self._applied), compilations()
         if self._time is None and tag.take is not None and tag.index > 0:
-            self.get_logger().warning(f'joined the take at frame {tag.index}: the cloth begins at '
-                                      'rest there; reset for a whole take')
+            state = 'from its preroll' if values['preroll'] > 0.0 else 'at rest'
+            self.get_logger().warning(f'joined the take at frame {tag.index}: the cloth begins '
+                                      f'{state} there; reset for a whole take')
         if self._time is not None and tag.stamp < self._time:
             self.restart(tag)
         if values != self._applied:
             self._configure(values)
+        if self._is_new:
+            self._roll(values['preroll'], wind)
         if self._time is not None:
             self._advance((tag.stamp - self._time) * 1e-9, wind)
         self._time = tag.stamp
-        compiled = kernels_of(values) if kernels_of(values) != kernels else ''
-        self._busy = time.monotonic() - begin, compiled
+        prepared = ''
+        if kernels_of(values) != kernels:
+            doing = 'compiling' if compilations() > before else 'loading'
+            prepared = f'{doing} {kernels_of(values)}'
+        self._busy = time.monotonic() - begin, prepared
         return messages.cloud_message(tag.stamp, self._cloth.positions, self._cloth.normals())
 
     def _configure(self, values):
@@ -122,6 +143,7 @@ class Physics(FrameServer):
         self._cloth.start_seed = values['start_seed']
         if hang_of(values) != hang_of(before):
             self._cloth.hang(*hang_of(values))
+            self._is_new = True
         grid = values['grid.rows'], values['grid.columns']
         if grid != (before['grid.rows'], before['grid.columns']):
             self._cloth.regrid(*grid)
@@ -136,6 +158,15 @@ class Physics(FrameServer):
         self._cloth.pole = pole_of(values)
         self._cloth.precision = values['precision']
 
+    def _roll(self, seconds, wind):
+        """Move a cloth that was just laid out for so long in a steady wind, with no frame sent."""
+        self._is_new = False
+        pieces = math.ceil(seconds / PREROLL_FRAME)
+        for _ in range(pieces):
+            if not self.context.ok():  # Ctrl-C: a fine grid takes a while
+                return
+            self._move(seconds / pieces, wind)
+
     def _advance(self, dt, wind):
         if dt > self._applied['max_gap']:
             gap = (f'{dt:.3f} s between two frames is more than max_gap = '
@@ -144,21 +175,25 @@ class Physics(FrameServer):
             if self._refusals.is_worth_saying(gap, time.monotonic()):
                 self.get_logger().warning(gap)
         elif dt > 0.0:
-            try:
-                self._plan = self._cloth.advance(dt, wind)
-                self._diverged = ''
-                self._report(self._plan, dt)
-            except Diverged as error:
-                self._diverged = str(error)
-                self.get_logger().error(self._diverged, throttle_duration_sec=WARN_EVERY)
+            self._move(dt, wind)
+
+    def _move(self, dt, wind):
+        """Move the cloth by dt [s] and tell of what its user should know."""
+        try:
+            self._plan = self._cloth.advance(dt, wind)
+            self._diverged = ''
+            self._report(self._plan, dt)
+        except Diverged as error:
+            self._diverged = str(error)
+            self.get_logger().error(self._diverged, throttle_duration_sec=WARN_EVERY)
 
     def _cause_of_gap(self, dt):
         """Return in words why no frame was served for so long, or what can be done about it."""
-        seconds, compiled = self._busy
+        seconds, prepared = self._busy
         if seconds < 0.5 * dt:  # they were not sent, or not by this clock
             return 'a greater max_gap would simulate them'
         return (f'physics itself was busy for {seconds:.1f} s'
-                + (f', compiling {compiled}' if compiled else ' with the frame before'))
+                + (f', {prepared}' if prepared else ' with the frame before'))
 
     def _report(self, plan, dt):
         """Say when steps or cloth begin to be other than they are set, and when that is over."""
@@ -211,7 +246,7 @@ class Physics(FrameServer):
 
     def answer(self, stamp, cloud):
         """Publish the frame's vertices."""
-        with self.stopwatch.share('publish'):
+        with self._stopwatch.share('publish'):
             self._vertices_out.publish(cloud)
 
 

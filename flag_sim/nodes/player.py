@@ -18,14 +18,14 @@ import time
 
 from flag_sim.dials.catalogue import PLAYER
 from flag_sim.nodes.bag import RecordedTopics
+from flag_sim.nodes.complaints import Refusals
 from flag_sim.nodes.delivery import check_delivery, Delivery
 from flag_sim.nodes.frames import Tag
 from flag_sim.nodes.life import run
+from flag_sim.nodes.messages import owed_alone
 from flag_sim.nodes.parameters import BadParameter, DialNode
-from flag_sim.nodes.recorder import serialized_stamp
-from flag_sim.nodes.stopwatch import Stopwatch
+from flag_sim.nodes.recorded_frames import recorded_frames
 from flag_sim.nodes.topics import publish
-from rclpy.clock import Clock, ClockType
 
 LOOK_AGAIN = 0.05  # how often lockstep looks for what is overdue [s]
 # What drives the pipeline from the bag on; played if nothing else is asked for.
@@ -36,16 +36,21 @@ class Player(DialNode):
     """
     Publishes the serialised messages of a bag as they are, in the bag's order.
 
-    In lockstep the next frame leaves when the one before is done, so nothing is lost. Played are
-    the topics asked for, else `parameters` if the bag has it, else `vertices`.
+    In lockstep all messages of one stamp are a frame, whenever they were received, and the next
+    one leaves when the one before is done, so nothing is lost. Played are the topics asked for,
+    else `parameters` if the bag has it, else `vertices`.
     """
 
     def __init__(self):
         super().__init__('player', PLAYER)
         self._bag = RecordedTopics(self.values['path'])
-        self._out = {name: publish(self, name) for name in self._chosen()}
-        self._messages = self._bag.messages(self._out)
-        self._stopwatch = Stopwatch()
+        topics = self._chosen()
+        self._out = {self._bag.names[topic]: publish(self, self._bag.names[topic])
+                     for topic in topics}
+        self._messages = self._bag.messages(topics)
+        if self.values['pace'] == 'lockstep':
+            self._messages = recorded_frames(self._messages, list(self._out))
+        self._refusals = Refusals()
         self._status = 0
         self._next = self._read()
         self._start = None  # (steady time [s], time in the bag [ns]) of the first message
@@ -60,17 +65,24 @@ class Player(DialNode):
         check_delivery(values)
 
     def _chosen(self):
-        """Return the names of the topics that are played."""
+        """Return the topics in the bag that are played."""
         present = self._bag.names.values()
-        asked = self.values['topics'] or [name for name in SOURCES if name in present][:1]
-        missing = [name for name in asked if name not in present]
-        if missing or not asked:
-            raise BadParameter(f'topics: the bag has no {", ".join(missing or SOURCES)}; '
-                               f'it has {", ".join(sorted(present)) or "none of ours"}')
-        return asked
+        asked = self.values['topics'] or [
+            next((name for name in SOURCES if name in present), ' and no '.join(SOURCES))]
+        topics = [self._bag.find(name) for name in asked]
+        names = [self._bag.names[topic] for topic in topics]
+        for n, name in enumerate(names):
+            if name in names[:n]:
+                raise BadParameter(f'topics: {topics[names.index(name)]} and {topics[n]} would '
+                                   f'both be played on {name}')
+        return topics
 
     def _read(self):
-        """Return the bag's next message, or None; where it is damaged it ends, with status 1."""
+        """
+        Return what the bag has next, or None; where it is damaged it ends, with status 1.
+
+        In real time that is (name, time in the bag [ns], data), in lockstep a RecordedFrame.
+        """
         try:
             return next(self._messages, None)
         except BadParameter as error:
@@ -83,13 +95,13 @@ class Player(DialNode):
         """Look again after `seconds`."""
         if self._timer is not None:
             self.destroy_timer(self._timer)
-        self._timer = self.create_timer(max(seconds, 0.0), self._on_timer,
-                                        clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._timer = self.create_timer(max(seconds, 0.0), self._on_timer)
 
     def _on_timer(self):
         now = time.monotonic()
         if self.values['pace'] == 'lockstep':
             self._flight.resend(now)
+            self._give_up(now)
             self._send_frame(now)
             self._arm(LOOK_AGAIN)
         else:
@@ -108,35 +120,45 @@ class Player(DialNode):
             if due > time.monotonic():
                 self._arm(due - time.monotonic())
                 return
-            self._send()
+            name, _, data = self._next
+            self._send(name, data)
+            self._next = self._read()
         self._arm(LOOK_AGAIN)
 
     def _send_frame(self, now):
-        """Send all messages of the next stamp, if none is in flight."""
+        """Send all messages of the next frame, if none is in flight."""
         if self._next is None or len(self._flight):
             return
-        at = self._next[1]
-        sent = []
-        while self._next is not None and self._next[1] == at:
-            sent.append(self._send())
-        try:
-            stamp = serialized_stamp(sent[-1][1])
-        except ValueError as error:
-            self.get_logger().warning(f'{sent[-1][0]} is not waited for: {error}')
-            return
-        self._flight.send(Tag(stamp, None, stamp, stamp), sent, self.values['wait_for'], now)
+        frame, self._next = self._next, self._read()
+        for name, data in frame.messages:
+            self._send(name, data)
+        if frame.trouble:
+            self.get_logger().warning(frame.trouble)
+        if frame.stamp is not None:
+            tag = Tag(frame.stamp, None, frame.stamp, frame.stamp)
+            self._flight.send(tag, frame, self.values['wait_for'], now)
 
-    def _send(self):
-        name, _, data = self._next
+    def _send(self, name, data):
         with self._stopwatch.share('publish'):
             self._out[name].publish(data)
         self._stopwatch.frames += name == next(iter(self._out))
-        self._next = self._read()
-        return name, data
 
-    def _send_again(self, frame):
-        for name, data in frame.message:
-            self._out[name].publish(data)
+    def _send_again(self, sent):
+        """Send a frame once more; nodes that wait for one that the bag lacks go on with it."""
+        for name, data in sent.message.messages:
+            self._out[name].publish(owed_alone(data) if name == 'parameters' else data)
+
+    def _give_up(self, now):
+        """Wait no longer for a frame that nobody can serve, as the bag lacks a part of it."""
+        sent = self._flight.oldest
+        if sent is None or not sent.message.lost or (
+                now - sent.first_time <= self.values['resend_after']):
+            return
+        self._flight.give_up()
+        reason = (f'the frame at {sent.tag.stamp / 1e9:.3f} s is not waited for any longer: the '
+                  f'bag lacks its {", ".join(sorted(sent.message.lost))}')
+        if self._refusals.is_worth_saying(reason, now):
+            self.get_logger().warning(reason)
 
     def _on_done(self):
         if self.values['pace'] == 'lockstep':

@@ -15,7 +15,6 @@
 """The `state` readout: how a node is doing, as diagnostics, while somebody listens."""
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from flag_sim.nodes.topics import publish
-from rclpy.clock import Clock, ClockType
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 PERIOD = 1.0  # between messages [s]
@@ -32,8 +31,7 @@ class Readout:
         self._node = node
         self._status = status
         self._out = publish(node, 'state')
-        self._timer = node.create_timer(PERIOD, self._publish,
-                                        clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._timer = node.create_timer(PERIOD, self._publish)
 
     def _publish(self):
         if not self._out.get_subscription_count():

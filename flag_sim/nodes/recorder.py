@@ -15,7 +15,6 @@
 """The recorder node: writes topics as they are into a bag, for those who have no `ros2 bag`."""
 import collections
 import datetime
-import struct
 import sys
 import time
 
@@ -26,7 +25,6 @@ from flag_sim.nodes.complaints import Refusals, Waiting
 from flag_sim.nodes.frames import Arrival, FrameOrder
 from flag_sim.nodes.life import run
 from flag_sim.nodes.parameters import BadParameter, DialNode
-from flag_sim.nodes.stopwatch import Stopwatch
 from flag_sim.nodes.topics import publish, publishers, subscribe, TOPICS
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.serialization import deserialize_message
@@ -39,22 +37,16 @@ LATEST = 2**63 - 1  # that rosbag2 can hold, as its times are signed [ns]
 LINGER = 3.0
 
 
-def serialized_stamp(data):
-    """
-    Return the stamp [ns] of a serialised message that begins with a Time or a Header.
-
-    CDR: four bytes that say the byte order, then the seconds and the nanoseconds. Raises
-    ValueError for a message that is too short for them.
-    """
-    if len(data) < 12:
-        raise ValueError(f'its {len(data)} bytes are too few for a stamp')
-    seconds, nanoseconds = struct.unpack_from('<iI' if data[1] & 1 else '>iI', data, 4)
-    return seconds * 10**9 + nanoseconds
-
-
 def counted(number, noun, plural=''):
     """Return a number of things in words."""
     return f'{number} {noun if number == 1 else plural or noun + "s"}'
+
+
+def check_single(names):
+    """Raise BadParameter if a topic is named twice."""
+    doubles = [name for name, n in collections.Counter(names).items() if n > 1]
+    if doubles:
+        raise BadParameter(f'topics: each is named once, but {doubles[0]!r} more often')
 
 
 class Recorder(DialNode):
@@ -62,48 +54,53 @@ class Recorder(DialNode):
     Writes every message once, at its own stamp, and says on `frame_done` which frames are safe.
 
     In the bag a message's time is its stamp, so that the bag plays at the shot's own speed however
-    fast it was made. After a reset the time in the bag goes on.
+    fast it was made. After a reset the time in the bag goes on; it is later than the stamp only
+    where the take's stamps are not beyond those of the take before.
     """
 
     def __init__(self):
         super().__init__('recorder', RECORDER)
         if not self.values['topics']:
             raise BadParameter('topics: there is nothing to record')
-        known = [name for name, topic in TOPICS.items() if topic.stamped]
-        unknown = [name for name in self.values['topics'] if name not in known]
-        if unknown:
-            raise BadParameter(f'topics: {unknown[0]!r} is not one of {", ".join(known)}')
-        doubles = [name for name, n in collections.Counter(self.values['topics']).items() if n > 1]
-        if doubles:
-            raise BadParameter(f'topics: each is named once, but {doubles[0]!r} more often')
+        self._topics = self._named()
         path = self.values['path'] or datetime.datetime.now().strftime('rosbag2_%Y_%m_%d-%H_%M_%S')
         self._bag = Bag(path, self.values['storage'], self.values['compression'])
-        self._every_frame = {t for t in self.values['topics'] if TOPICS[t].every_frame}
+        self._every_frame = {t for t in self._topics if TOPICS[t].every_frame}
         self._missing = {}  # topics that have not come, by stamp, of frames that are not whole
         self._whole = collections.OrderedDict()  # stamps of the latest whole frames
         self._order = FrameOrder()
+        self._held = None  # parameters that are a late copy or begin a round, as the next tell
         self._takes = 0
         self._refusals = Refusals()
         self._offset = self._newest = 0
         self._copies = self._lost = 0
-        self._stopwatch = Stopwatch()
         self._frame_done_out = publish(self, 'frame_done')
-        for name in self.values['topics']:
+        for name in self._topics:
             self._record(name)
-        if 'parameters' not in self.values['topics']:
+        if 'parameters' not in self._topics:
             subscribe(self, 'parameters', self._refusing('parameters', self._follow_takes),
                       raw=True)
         self._waiting = Waiting(self, self._lacking, lambda: self._stopwatch.frames)
-        self.get_logger().info(f'recording {", ".join(self.values["topics"])} into {path}')
+        self.get_logger().info(f'recording {", ".join(self._topics)} into {path}')
+
+    def _named(self):
+        """Return the topics by our own names; they may be given as the graph shows them."""
+        known = [name for name, topic in TOPICS.items() if topic.stamped]
+        shown = {self.resolve_topic_name(name): name for name in known}
+        names = [shown.get(name, name) for name in self.values['topics']]
+        unknown = [name for name in names if name not in known]
+        if unknown:
+            raise BadParameter(f'topics: {unknown[0]!r} is not one of {", ".join(known)}')
+        check_single(names)
+        return names
 
     def _record(self, name):
         topic = self.resolve_topic_name(name)
         self._bag.add_topic(topic, TOPICS[name].message)
 
         def write(data, info):
-            if name == 'parameters':
-                self._follow_takes(data, info)
-            self._write(name, topic, data)
+            for message in self._follow_takes(data, info) if name == 'parameters' else [data]:
+                self._write(name, topic, message)
         subscribe(self, name, self._refusing(name, write), raw=True)
 
     def _refusing(self, name, take_in):
@@ -118,7 +115,11 @@ class Recorder(DialNode):
         return guarded
 
     def _follow_takes(self, data, info):
-        """Notice when the shot begins anew: its stamps then are no copies of the earlier ones."""
+        """
+        Notice when the shot begins anew: its stamps then are no copies of the earlier ones.
+
+        Returns the messages that are to be recorded now: `data`, and what was held back before it.
+        """
         try:
             message = deserialize_message(data, ParameterEvent)
         except RuntimeError:  # of the middleware; it names a line in its source
@@ -126,27 +127,39 @@ class Recorder(DialNode):
         try:
             tag, _, _ = messages.read_parameters(message)
         except ValueError:
-            return  # physics refuses it and says so; here it is only recorded
+            return [data]  # physics refuses it and says so; here it is only recorded
         if tag.take is None:
-            return
+            return [data]
+        held, self._held = self._held, None
         arrival = self._order.arrive(tag, bytes(info['publisher_gid']['data']))
+        first = min(self._order.waiting.values(), default=tag)
+        is_round = arrival is Arrival.RESTART and len(self._order.waiting) > 1
+        self._copies += held is not None and not is_round
+        if arrival is Arrival.STALE:
+            self._held = data
+            return []
         while self._order.next_frame() is not None:
             pass  # its turn is all the same here, but a take that is played again is known by it
-        if arrival is not Arrival.RESTART:
-            return
+        if arrival is Arrival.RESTART:
+            self._begin_take(first.stamp)
+        return [held, data] if is_round else [data]
+
+    def _begin_take(self, stamp):
+        """Let a take whose first frame has `stamp` [ns] follow in the bag after the one before."""
         # Images of the first take may come before its parameters: they belong to it.
         if self._takes:
             self.get_logger().info(
-                f'another take begins, as the wind was reset or another sender came: it follows '
-                f'in {self._bag.path} after {counted(self._stopwatch.frames, "frame")} before')
-            self._offset = self._newest + TAKE_GAP
+                f'another take begins, as the wind was reset, a bag is played again or another '
+                f'sender came: it follows in {self._bag.path} after '
+                f'{counted(self._stopwatch.frames, "frame")} before')
+            self._offset = max(self._newest + TAKE_GAP - stamp, 0)
             self._lost += len(self._missing)
             self._missing.clear()
             self._whole.clear()
         self._takes += 1
 
     def _write(self, name, topic, data):
-        stamp = serialized_stamp(data)
+        stamp = messages.serialized_stamp(data)
         if stamp < 0:  # a bag counts its times from 0
             raise ValueError(f'its stamp {stamp / 1e9} s is before 0')
         if stamp + self._offset > LATEST:
@@ -185,7 +198,7 @@ class Recorder(DialNode):
         stamp = min((stamp for stamp in self._missing if stamp > last), default=None)
         if stamp is None or self._is_full:
             return ''
-        name = min(self._missing[stamp], key=self.values['topics'].index)
+        name = min(self._missing[stamp], key=self._topics.index)
         senders = publishers(self, name)
         return f'{name} of the frame at {stamp / 1e9:.3f} s: ' + (
             f'{senders} has not sent it, its log says why' if senders else 'nobody publishes it')

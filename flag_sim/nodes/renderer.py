@@ -20,9 +20,10 @@ from flag_sim.dials.catalogue import RENDERER, SCENE
 from flag_sim.dials.settings import look_of
 from flag_sim.drawing import Picture
 from flag_sim.nodes import messages
+from flag_sim.nodes.compiling import compiling
 from flag_sim.nodes.complaints import Waiting
 from flag_sim.nodes.frames import Tag
-from flag_sim.nodes.life import compiling, run
+from flag_sim.nodes.life import run
 from flag_sim.nodes.server import FrameServer
 from flag_sim.nodes.topics import DEPTH, publish, publishers, subscribe
 import numpy as np
@@ -48,7 +49,7 @@ class Renderer(FrameServer):
     def __init__(self):
         super().__init__('renderer', SCENE + RENDERER)
         self._values = self._look = None
-        self._clouds = {}  # (positions, normals) by stamp
+        self._clouds = {}  # (positions, normals) by stamp, in the order of arrival
         self._first = None  # stamp of the take's first frame [ns]
         self._warm_up()
         # Made after that, for the number of threads is chosen by how long its first frames take.
@@ -60,7 +61,7 @@ class Renderer(FrameServer):
         subscribe(self, 'vertices', self._on_vertices)
         self._grace = self.create_timer(GRACE, self._end_grace)
         self._several = self.create_timer(LOOK_AGAIN, self._look_for_several)
-        self._waiting = Waiting(self, self._missing, lambda: self.stopwatch.frames)
+        self._waiting = Waiting(self, self._missing, lambda: self._stopwatch.frames)
         self.get_logger().info(
             f'{self.values["width"]} x {self.values["height"]} pixels, waiting for vertices')
 
@@ -75,10 +76,15 @@ class Renderer(FrameServer):
         look_of(values)
 
     def restart(self, tag):
-        """Forget the clouds of the take before; without a wind there are no takes."""
+        """
+        Forget the clouds of the take before; those of the frames that wait came early.
+
+        Without a wind there are no takes, and none is forgotten.
+        """
         self._first = tag.stamp
         if tag.take is not None:
-            self._clouds.clear()
+            early = {waiting.stamp for waiting in self._order.waiting.values()}
+            self._clouds = {stamp: c for stamp, c in self._clouds.items() if stamp in early}
 
     def is_ready(self, tag):
         """Return whether the frame's vertices have come."""
@@ -95,9 +101,10 @@ class Renderer(FrameServer):
             return
         if stamp == self._first:
             self._clouds.clear()  # they came late, from the take before
+        self._clouds.pop(stamp, None)
         self._clouds[stamp] = cloud
-        while len(self._clouds) > DEPTH:
-            del self._clouds[min(self._clouds)]
+        while len(self._clouds) > DEPTH:  # by arrival: the first stamps of a round are its newest
+            del self._clouds[next(iter(self._clouds))]
         self.serve()
         if stamp in self._clouds:
             self._serve_alone(bytes(info['publisher_gid']['data']))
@@ -173,7 +180,7 @@ class Renderer(FrameServer):
     def answer(self, stamp, shot):
         """Publish the picture, then say that the frame is done."""
         self._draw(stamp, shot)  # for those who have begun to listen since the frame was served
-        with self.stopwatch.share('publish'):
+        with self._stopwatch.share('publish'):
             for name in self._listened():
                 if name in shot.messages:
                     self._camera_out[name].publish(shot.messages[name])

@@ -21,7 +21,6 @@ from flag_sim.nodes.complaints import Refusals
 from flag_sim.nodes.frames import Arrival, FrameOrder
 from flag_sim.nodes.parameters import DialNode
 from flag_sim.nodes.readout import compute_time, ERROR, OK, Readout
-from flag_sim.nodes.stopwatch import Stopwatch
 from flag_sim.nodes.topics import subscribe
 
 
@@ -35,9 +34,8 @@ class FrameServer(DialNode):
 
     def __init__(self, name, dials):
         super().__init__(name, dials)
-        self.stopwatch = Stopwatch()
         self._order = FrameOrder()
-        self._inputs = {}   # (wind, values) by index, of frames that wait for their turn
+        self._inputs = {}   # (wind, values) by tag, of frames that may yet be served
         self._answers = {}  # (index, answer) by stamp, of frames that may be asked for again
         self._refusals = Refusals()
         self._good = None   # values that the take's last frame was served with
@@ -55,7 +53,7 @@ class FrameServer(DialNode):
         """Raise ValueError for a wind (3,) [m/s] that the node cannot work with."""
 
     def restart(self, tag):
-        """Forget the take that was played; another one begins with the frame `tag`."""
+        """Forget the take or round that was played; another one begins with the frame `tag`."""
 
     def is_ready(self, tag):
         """Return whether everything that the frame needs has arrived."""
@@ -72,14 +70,14 @@ class FrameServer(DialNode):
 
     def status(self):
         """Return (level, message, {name with unit: value}) of the node, for its `state`."""
-        return OK, 'serving frames' if self.stopwatch.frames else 'waiting for frames', {}
+        return OK, 'serving frames' if self._stopwatch.frames else 'waiting for frames', {}
 
     def _status(self):
         level, message, values = self.status()
         if self._clash:
             level, message = ERROR, self._clash
-        return level, message, {'frames served': self.stopwatch.frames,
-                                **compute_time(self.stopwatch), **values}
+        return level, message, {'frames served': self._stopwatch.frames,
+                                **compute_time(self._stopwatch), **values}
 
     def _on_parameters(self, message, info):
         try:
@@ -122,29 +120,30 @@ class FrameServer(DialNode):
     def take_frame(self, tag, wind, keyed, sender):
         """Put a frame where its turn will find it, and serve whatever can be served."""
         arrival = self._order.arrive(tag, sender)
+        if arrival is Arrival.AGAIN:
+            self.answer_again(tag.stamp)
+            return
+        self._inputs[tag] = wind, keyed
+        self._inputs = {kept: self._inputs[kept] for kept in self._order.kept}
+        if arrival is Arrival.STALE:
+            return
         if arrival is Arrival.RESTART:
-            self._inputs.clear()
             self._answers.clear()
             self._good = None
-            self.restart(tag)
-        if arrival in (Arrival.NEW, Arrival.RESTART):
-            self._inputs[tag.index] = wind, keyed
-            self._inputs = {i: self._inputs[i] for i in self._order.waiting}
-            self._answers = {stamp: kept for stamp, kept in self._answers.items()
-                             if kept[0] >= tag.oldest}
-            self.serve()
-        elif arrival is Arrival.AGAIN:
-            self.answer_again(tag.stamp)
+            self.restart(min(self._order.waiting.values()))
+        self._answers = {stamp: kept for stamp, kept in self._answers.items()
+                         if kept[0] >= tag.oldest}
+        self.serve()
 
     def serve(self):
         """Serve the frames whose turn it is."""
         while (tag := self._order.next_frame(self.is_ready)) is not None:
-            wind, keyed = self._inputs.pop(tag.index)
+            wind, keyed = self._inputs.pop(tag)
             # What a user sets meanwhile counts from this frame on; keys count before it.
-            with self.stopwatch.share('work'):
+            with self._stopwatch.share('work'):
                 answer = self.work(tag, wind, self._merge(keyed))
             self._answers[tag.stamp] = tag.index, answer
-            self.stopwatch.frames += 1
+            self._stopwatch.frames += 1
             self.answer(tag.stamp, answer)
 
     def answer_again(self, stamp):
@@ -162,4 +161,4 @@ class FrameServer(DialNode):
 
     def close(self):
         """Say where the time went."""
-        self.get_logger().info(self.stopwatch.summary())
+        self.get_logger().info(self._stopwatch.summary())

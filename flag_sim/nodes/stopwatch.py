@@ -42,12 +42,22 @@ class Stopwatch:
         self._lap = self.frames, self._spent['work']
         return work / frames if frames else None
 
-    def summary(self):
-        """Return the shares in words; what is neither work nor publishing is waiting."""
+    def figures(self):
+        """
+        Return {name: number}: frames and, where time was spent on them, seconds and its shares.
+
+        The shares are in percent; what is neither work nor publishing is waiting.
+        """
         total = self._last - self._first if self.frames else 0.0
         if not total:
-            return f'served {self.frames} frames'
+            return {'frames': self.frames}
         work, publish = (100.0 * self._spent[name] / total for name in ('work', 'publish'))
-        wait = 100.0 - work - publish
-        return (f'served {self.frames} frames in {total:.2f} s: wait {wait:.1f} %, '
-                f'work {work:.1f} %, publish {publish:.1f} %')
+        return {'frames': self.frames, 'seconds': total, 'wait': 100.0 - work - publish,
+                'work': work, 'publish': publish}
+
+    def summary(self):
+        """Return the figures in words."""
+        frames, *others = self.figures().values()
+        return f'served {frames} frames' + (
+            ' in {:.2f} s: wait {:.1f} %, work {:.1f} %, publish {:.1f} %'.format(*others)
+            if others else '')

@@ -16,6 +16,8 @@
 from typing import NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticArray
+from flag_sim.nodes.overrides import check_overrides
+from flag_sim.nodes.parameters import BadParameter
 from geometry_msgs.msg import Vector3Stamped
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.qos import QoSProfile, ReliabilityPolicy
@@ -57,14 +59,18 @@ TOPICS = {
 DEPTH = 8
 
 
-def _quality():
+def _quality(node, name, end):
+    try:
+        check_overrides(node, node.resolve_topic_name(name), end)
+    except ValueError as error:
+        raise BadParameter(str(error)) from None
     return {'qos_profile': QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.RELIABLE),
             'qos_overriding_options': QoSOverridingOptions.with_default_policies()}
 
 
 def publish(node, name):
     """Return a publisher of topic `name` of `TOPICS` for `node`."""
-    return node.create_publisher(TOPICS[name].message, name, **_quality())
+    return node.create_publisher(TOPICS[name].message, name, **_quality(node, name, 'publisher'))
 
 
 def publishers(node, name):
@@ -73,6 +79,14 @@ def publishers(node, name):
     return ', '.join(sorted({end.node_name for end in ends}))
 
 
+def subscribers(node, name):
+    """Return {fully qualified name: endpoint} of the nodes that subscribe to a topic."""
+    ends = node.get_subscriptions_info_by_topic(node.resolve_topic_name(name))
+    return {f'{end.node_namespace.rstrip("/")}/{end.node_name}': bytes(end.endpoint_gid)
+            for end in ends}
+
+
 def subscribe(node, name, callback, raw=False):
     """Subscribe `node` to topic `name` of `TOPICS`; raw: the callback gets serialised bytes."""
-    return node.create_subscription(TOPICS[name].message, name, callback, raw=raw, **_quality())
+    return node.create_subscription(TOPICS[name].message, name, callback, raw=raw,
+                                    **_quality(node, name, 'subscription'))

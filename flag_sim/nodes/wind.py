@@ -13,10 +13,10 @@
 # limitations under the License.
 
 """The wind node: holds the wind and the keyframes, and decides when a frame happens."""
-from collections import Counter
 import sys
 import time
 
+from flag_sim.animation.tracks import SAME
 from flag_sim.dials.catalogue import WIND
 from flag_sim.nodes import keys, messages
 from flag_sim.nodes.animation import AnimationNode
@@ -26,17 +26,14 @@ from flag_sim.nodes.delivery import check_delivery, Delivery
 from flag_sim.nodes.frames import next_take, Tag
 from flag_sim.nodes.life import run
 from flag_sim.nodes.readout import compute_time, OK, Readout, WARN
-from flag_sim.nodes.stopwatch import Stopwatch
+from flag_sim.nodes.tally import Tally
 from flag_sim.nodes.topics import publish, subscribe
 from flag_sim.nodes.weather import Weather
 from geometry_msgs.msg import Vector3, Vector3Stamped
-from rclpy.clock import Clock, ClockType
 from rosgraph_msgs.msg import Clock as ClockMessage
 
 LOOK_AGAIN = 0.2  # how often lockstep looks for overdue frames [s]
-REPORT = 5.0  # time between reports of missed frames and of another wind [s]
-ANOTHER = ('another node publishes parameters in this graph too: physics and renderer begin anew '
-           'with every change of wind')
+REPORT = 5.0  # between reports of missed frames and of another wind [s]
 
 
 class Wind(AnimationNode):
@@ -50,10 +47,7 @@ class Wind(AnimationNode):
         self._clock_out = publish(self, '/clock') if self.values['publish_clock'] else None
         self._message = messages.FrameMessage(self.get_fully_qualified_name())
         self._flight = Delivery(self, self._send_again, self._on_done)
-        self._stopwatch = Stopwatch()
-        # Frames sent; skipped, when time went by without them; undone, when others were too slow.
-        self._frames = Counter()
-        self._reported, self._shown = Counter(), Counter()
+        self._tally = Tally(self, self._flight)
         self._reset_since = None
         self._timer = None
         self._take = 0
@@ -62,7 +56,7 @@ class Wind(AnimationNode):
         subscribe(self, 'reset', self._on_reset)
         subscribe(self, 'step', self._on_step)
         self._set_timer()
-        self.create_timer(REPORT, self._report)
+        self.create_timer(REPORT, lambda: self._tally.report(self._pacer.rate))
         self._readout = Readout(self, self._status)
         # In real time frames leave whether or not anybody is there to serve them.
         waits = ('sent at once, served by' if self.values['pace'] == 'realtime' else 'waiting for')
@@ -72,28 +66,34 @@ class Wind(AnimationNode):
     def _plan(self):
         frames, rate = self.values['frames'], self.values['rate']
         length = f'{frames} frames' if frames else 'frames without end'
-        return f'{length} at {rate:g} Hz, {len(self.timeline.tracks)} tracks'
+        stamps = ', stamps by the wall clock' * (self.values['stamp.clock'] == 'wall')
+        return f'{length} at {rate:g} Hz{stamps}, {len(self.timeline.tracks)} tracks'
 
     # Parameters.
 
     def check(self, values):
         """Refuse an animation that cannot be played, and frames that would never be done."""
         check_delivery(values)
+        if values['stamp.clock'] == 'wall' and values['stamp.start']:
+            raise ValueError(f'stamp.start {values["stamp.start"]:g} s is only for stamp.clock '
+                             'simulation, not for wall')
         super().check(values)
 
     def apply(self, changed):
         """Play on with the new values."""
         super().apply(changed)
-        now = self._pacer.stamp / 1e9
+        now = self._pacer.time / 1e9
         self._weather = self._weather.turned(self.values, self.timeline, now)
         if 'wait_for' in changed:
             self._flight.wait_for(self.values['wait_for'])
         if 'rate' in changed:
-            self._report_missed()
+            self._tally.report_missed(self._pacer.rate)
             self._pacer.change_rate(self.values['rate'])
         if changed & {'rate', 'pace', 'paused', 'frames'}:
             self._pacer.wait()
             self._set_timer()
+        if 'pace' in changed:
+            self._flight.clear()  # frames of real time are owed to nobody, as they have said
 
     def _now(self):
         """Return where in the animation the last frame was [s]."""
@@ -103,8 +103,10 @@ class Wind(AnimationNode):
 
     def _begin_take(self):
         self._take = next_take(self._take)
-        self._pacer = FrameClock(self.values['rate'])
-        # Stamp of the frame before [ns]; negative, so that a key at 0 is crossed by frame 0.
+        self._pacer = FrameClock(
+            self.values['rate'], round(self.values['stamp.start'] * 1e9),
+            time.time_ns if self.values['stamp.clock'] == 'wall' else None)
+        # Time of the frame before in the take [ns]; negative: a key at 0 is crossed by frame 0.
         self._previous = -10
         self._flight.clear()
         self._weather = Weather(self.values, self.timeline)
@@ -114,8 +116,7 @@ class Wind(AnimationNode):
             self.destroy_timer(self._timer)
         playing = self.values['pace'] == 'realtime' and not self.values['paused']
         self._timer = self.create_timer(
-            1.0 / self.values['rate'] if playing else LOOK_AGAIN, self._on_timer,
-            clock=Clock(clock_type=ClockType.STEADY_TIME))
+            1.0 / self.values['rate'] if playing else LOOK_AGAIN, self._on_timer)
 
     def _on_timer(self):
         now = time.monotonic()
@@ -129,7 +130,8 @@ class Wind(AnimationNode):
         self._end_if_done(now)
 
     def _is_last_sent(self):
-        return 0 < self.values['frames'] <= self._pacer.index
+        return (0 < self.values['frames'] <= self._pacer.index
+                or self._pacer.stamp > messages.LATEST)
 
     def _on_step(self, _):
         """Send one frame while paused."""
@@ -154,10 +156,12 @@ class Wind(AnimationNode):
         gone = self.values['pace'] == 'realtime' and self._flight.overdue(
             now, self.values['resend_after'])
         if not len(self._flight) or gone:
-            self._frames['undone'] += len(self._flight)
+            self._tally.frames['undone'] += len(self._flight)
             self.get_logger().info(
                 f'the shot is over: {self._pacer.index} frames, {self._flight.resent} sent again, '
-                f'{missed(self._frames)} missed')
+                f'{self._tally.missed} missed' + (
+                    f', and the next stamp is beyond {messages.LATEST / 1e9:.0f} s'
+                    if self._pacer.stamp > messages.LATEST else ''))
             self.ended.set_result(0)
 
     # Lockstep.
@@ -192,27 +196,32 @@ class Wind(AnimationNode):
         due = self._pacer.due(now)
         if self.values['frames']:
             due = min(due, self.values['frames'] - 1)
-        self._frames['skipped'] += due - self._pacer.index
+        self._tally.frames['skipped'] += due - self._pacer.index
         self._pacer.index = due
+        if self._pacer.stamp > messages.LATEST:
+            return
         while len(self._flight) >= self.values['window']:
-            self._frames['undone'] += self._flight.answered
+            self._tally.frames['undone'] += self._flight.answered
             self._flight.give_up()
         self._send(now)
 
     # Frames.
 
     def _send(self, now):
-        stamp, index = self._pacer.stamp, self._pacer.index
+        if self._previous < 0:
+            self._pacer.meet_wall()
+        stamp, at, index = self._pacer.stamp, self._pacer.time, self._pacer.index
         in_turn = self.values['pace'] == 'lockstep'
         tag = Tag(stamp, self._take, index, self._oldest_index() if in_turn else index)
         with self._stopwatch.share('work'):
-            keyed = keys.values_at(self.timeline, stamp / 1e9)
-            wind = self._weather.at(stamp / 1e9)
+            # Keys and gusts are at times of the take, whatever its stamps are.
+            keyed = keys.values_at(self.timeline, at / 1e9)
+            wind = self._weather.at(at / 1e9)
             message = self._message.fill(tag, wind, keyed)
         with self._stopwatch.share('publish'):
             self._flight.send(tag, (wind, keyed), self.values['wait_for'], now)
             self._parameters_out.publish(message)
-            self._publish_crossed(stamp)
+            self._publish_crossed(at)
             if self._clock_out is not None:
                 self._clock_out.publish(ClockMessage(clock=messages.to_time(stamp)))
             if self._wind_out.get_subscription_count():
@@ -220,64 +229,35 @@ class Wind(AnimationNode):
                     header=messages.header(stamp, messages.WORLD),
                     vector=Vector3(x=wind[0], y=wind[1], z=wind[2])))
         self._stopwatch.frames += 1
-        self._frames['sent'] += 1
+        self._tally.frames['sent'] += 1
         self._pacer.index += 1
 
-    def _publish_crossed(self, stamp):
-        """Publish the keys and events between the frame before and this one."""
-        for key, name in self.timeline.crossed(self._previous / 1e9, stamp / 1e9):
-            self._keyframe_out.publish(messages.header(round(key * 1e9), name))
-        self._previous = stamp
+    def _publish_crossed(self, at):
+        """
+        Publish the keys and events that take effect in the frame that is `at` [ns] in the take.
+
+        A key at the time of the frame has exactly its stamp, whichever way that was rounded.
+        """
+        for key, name in self.timeline.crossed(self._previous / 1e9, at / 1e9):
+            is_now = key >= at / 1e9 - SAME
+            self._keyframe_out.publish(messages.header(
+                self._pacer.offset + (at if is_now else round(key * 1e9)), name))
+        self._previous = at
 
     # What people are told.
 
-    def _report(self):
-        """Warn of frames that were missed since the last time, and of another wind."""
-        self._report_missed()
-        if self.count_publishers('parameters') > 1:
-            self.get_logger().warning(ANOTHER)
-
-    def _report_missed(self):
-        new, self._reported = self._frames - self._reported, self._frames.copy()
-        if not missed(new):
-            return
-        late = self._flight.late(time.monotonic())
-        causes = [f'{new["undone"]} not done in time by ' + (
-            late or ', '.join(self.values['wait_for']))] * bool(new['undone'])
-        causes += [f'{new["skipped"]} not sent, the wind itself was too slow'] * bool(
-            new['skipped'])
-        way_out = '; a lower rate misses fewer, pace lockstep none'
-        if late:
-            way_out = '' if new['undone'] else f'; still waiting for {late}'
-        self.get_logger().warning(
-            f'{missed(new)} of the last {new["sent"] + new["skipped"]} frames were missed at '
-            f'{self._pacer.rate:g} Hz: {", ".join(causes)}{way_out}')
-
     def _status(self):
         """Return the `state` of the wind."""
-        new, self._shown = self._frames - self._shown, self._frames.copy()
-        late = self._flight.late(time.monotonic())
         pace = 'paused' if self.values['paused'] else self.values['pace']
-        alarms = [f'waiting for {late}'] if late else []
-        if missed(new):
-            alarms.append(f'{missed(new)} frames missed')
-        if self.count_publishers('parameters') > 1:
-            alarms.append(ANOTHER)
+        alarms, figures = self._tally.status()
         return (WARN if alarms else OK, '; '.join(alarms) or pace, {
             'pace': pace, 'rate [Hz]': self.values['rate'],
-            'time [s]': max(self._previous, 0) / 1e9, 'frames sent': self._frames['sent'],
-            'frames sent again': self._flight.resent, 'frames missed': missed(self._frames),
-            'waiting for': late or 'nobody', 'tracks': len(self.timeline.tracks),
-            **compute_time(self._stopwatch)})
+            'time [s]': max(self._previous, 0) / 1e9, **figures,
+            'tracks': len(self.timeline.tracks), **compute_time(self._stopwatch)})
 
     def close(self):
         """Say where the time went."""
         self.get_logger().info(self._stopwatch.summary())
-
-
-def missed(frames):
-    """Return how many of the counted frames were missed."""
-    return frames['skipped'] + frames['undone']
 
 
 def main(args=None):

@@ -15,6 +15,13 @@
 """
 The study: what accuracy costs on this machine, measured, drawn and written down.
 
-Its parts are modules of one contract (see parts); each keeps its rows in a file of a Store, from
-which plots and the report are made. Knows nothing of ROS.
+    __main__   the command `study`                    tune         the command `tune`
+    runner     rows, interruption, shared minutes     search       its candidates and its choice
+    report     the report and its tables              params_file  what it reads and writes
+    plots      the style of all plots                 machine      which one, and who disturbs it
+    measures/  what is measured and how: settings, reference, trials, errors; ablation, stability
+    sections/  the report's sections, one file each: what is run, its tables, its plots
+
+Measures know nothing of what stands beside them; to measure errors otherwise, exchange the
+Measures of measures.errors, from which columns and titles follow. Knows nothing of ROS.
 """

@@ -17,36 +17,35 @@ import argparse
 from pathlib import Path
 import sys
 
-from flag_sim.study import budget, machine, report
-from flag_sim.study.arguments import positive
-from flag_sim.study.parts import PARTS
-from flag_sim.study.sessions import session, taken_by_others
-from flag_sim.study.store import Store
+from flag_sim.arguments import given_path, positive
+from flag_sim.study import machine, report, runner
+from flag_sim.study.runner import Store
+from flag_sim.study.sections import all_sections
 
-FORMAT = 2
-"""Of the rows: raised when their columns or their meaning change."""
+FORMAT = 3  # of the rows: raised when their columns or their meaning change
 
 
-def main(args=None):
+def main(args=None) -> int:
     """Run the study; return the exit status."""
     parser = argparse.ArgumentParser(prog='study', description=__doc__)
-    parser.add_argument('--minutes', type=positive, default=5.0, help='time to measure (5)')
-    parser.add_argument('--output', type=Path, default=Path('out/study'),
-                        help='folder of what is made; one that was interrupted is gone on with')
+    parser.add_argument('--minutes', type=positive, default=5.0, help='time to measure [min] (5)')
+    parser.add_argument('--output', type=given_path, default=Path('out/study'),
+                        help='folder of what is made (out/study); one that was interrupted is '
+                        'gone on with')
     options = parser.parse_args(args)
     try:
         store = Store(options.output, {'format': FORMAT, **machine.identity()})
     except ValueError as error:
         parser.error(str(error))
+    sections = all_sections()
     try:
-        with session(store):
-            for part, own in budget.share(60.0 * options.minutes,
-                                          [(part, part.NAME, part.SHARE) for part in PARTS]):
-                part.run(store, own)
+        with runner.session(store):
+            for section, budget in runner.share(60.0 * options.minutes, sections):
+                runner.measure(section, store, budget)
     except KeyboardInterrupt:
         print('\ninterrupted; the same command goes on from here', file=sys.stderr)
         return 130
-    print(report.write(store, PARTS, options.minutes, taken_by_others(store)))
+    print(report.write(store, sections, options.minutes, runner.taken_by_others(store)))
     return 0
 
 

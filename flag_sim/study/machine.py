@@ -25,7 +25,7 @@ import numpy as np
 
 
 @functools.lru_cache
-def processor():
+def processor() -> str:
     """Return the processor's name."""
     try:
         lines = Path('/proc/cpuinfo').read_text().splitlines()
@@ -35,24 +35,23 @@ def processor():
     return names[0] if names else platform.processor() or platform.machine()
 
 
-def cores():
+def cores() -> int:
     """Return how many processors this process may use."""
     return len(os.sched_getaffinity(0))
 
 
-def identity():
+def identity() -> dict[str, str]:
     """Return what measurements depend on beside the settings: {word: text}."""
     return {'machine': f'{processor()}, {cores()} cores', 'code': fingerprint()[:16]}
 
 
-def versions():
+def versions() -> str:
     """Return the versions of what the numbers were made with, in words."""
     return (f'Python {platform.python_version()}, numba {numba.__version__}, '
             f'numpy {np.__version__}, {platform.system()} {platform.release()}')
 
 
-BUSY = 0.25
-"""Part of the processors' time above which others disturb times too often for a median."""
+BUSY = 0.25  # part of the processors' time above which others disturb times too often for a median
 
 
 class Watch:
@@ -65,11 +64,11 @@ class Watch:
     def __init__(self):
         self._start, self._begin = time.monotonic(), _used()
 
-    def seconds(self):
+    def seconds(self) -> float:
         """Return how long it has watched [s]."""
         return time.monotonic() - self._start
 
-    def others(self):
+    def others(self) -> float | None:
         """Return how many processors others kept busy on average; None where Linux is not."""
         now = _used()
         if self._begin is None or now is None:
@@ -78,7 +77,7 @@ class Watch:
         return max(0.0, busy - own) / self.seconds()
 
 
-def is_busy(others):
+def is_busy(others: float | None) -> bool:
     """Return whether others disturbed the times; what is not known did not."""
     return others is not None and others > BUSY * cores()
 

@@ -15,6 +15,7 @@
 """Drawing of plots: the only module that imports matplotlib, and only when it draws."""
 import contextlib
 import importlib.util
+from pathlib import Path
 
 from flag_sim.cloth.solvers import SOLVERS
 import numpy as np
@@ -23,13 +24,13 @@ MISSING = ("Plots are missing: matplotlib is not installed (pip install 'flag_si
            'package python3-matplotlib).')
 
 
-def can_draw():
+def can_draw() -> bool:
     """Return whether matplotlib is installed."""
     return importlib.util.find_spec('matplotlib') is not None
 
 
 @contextlib.contextmanager
-def figure(path, columns=1, rows=1, size=(7.0, 4.5), **options):
+def figure(path: Path, columns: int = 1, rows: int = 1, size: tuple = (7.0, 4.5), **options):
     """
     Yield (figure, axes) to draw on, then write it to `path` as PNG.
 
@@ -50,7 +51,7 @@ def figure(path, columns=1, rows=1, size=(7.0, 4.5), **options):
         path, optimize=True)
 
 
-def plain(*axes):
+def plain(*axes) -> None:
     """Write 0.5 and 20 at logarithmic axes, not powers of ten."""
     from matplotlib.ticker import FuncFormatter, LogLocator
     for axis in axes:
@@ -63,12 +64,32 @@ def plain(*axes):
                 one.set_minor_formatter(FuncFormatter(lambda *_: ''))
 
 
+def dot_chart(axes, names: list[str], points: list[tuple], label: str) -> None:
+    """
+    Draw values beside their names, the first name on top.
+
+    points: (name, value, error bars: half its length, (low, high) end or None, style).
+    """
+    for name, value, bars, look in points:
+        if isinstance(bars, tuple):
+            bars = [[value - bars[0]], [bars[1] - value]]
+        axes.errorbar(value, names.index(name), xerr=bars,
+                      **{'fmt': 'o', 'capsize': 3, **look})
+    axes.set_yticks(range(len(names)), names, fontsize='small')
+    axes.set_ylim(len(names) - 0.5, -0.5)
+    axes.set(xlabel=label)
+
+
 METHODS = list(SOLVERS)
 
 
-def style(method):
+def style(method: str) -> dict:
     """Return the colour and marks by which a method is known in every plot."""
     if method == 'seed':
         return {'color': 'black', 'marker': 'X', 'ls': '--'}
     index = METHODS.index(method) if method in METHODS else len(METHODS)
     return {'color': f'C{index}', 'marker': 'osD^vP*p'[index], 'ls': '-', 'ms': 4}
+
+
+COLORS = ('#0072b2', '#e69f00', '#000000', '#d55e00', '#009e73', '#cc79a7', '#56b4e9')
+"""Okabe and Ito's, apart for the colour-blind; markers must differ too."""

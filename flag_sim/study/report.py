@@ -12,40 +12,21 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The report: all parts from top to bottom, with the machine named."""
+"""The report and its tables: all sections from top to bottom, with the machine named."""
 import datetime
+from pathlib import Path
 
 from flag_sim.study import machine, plots
+from flag_sim.study.runner import Store
 
 
-def write(store, parts, minutes, others):
-    """
-    Write report.md into the store's folder; return its path.
-
-    parts: modules (see parts); others: how many processors they kept busy meanwhile, or None.
-    """
-    texts = [_head(minutes, others)]
-    for part in parts:
-        rows = store.rows(part.NAME)
-        if not rows:
-            texts.append(f'## {part.NAME}\n\nNot measured: the time did not suffice.')
-            continue
-        texts.append(part.section(rows).strip())
-        if plots.can_draw():
-            texts += [f'![{part.NAME}]({name})\n\n*{sentence}*'
-                      for name, sentence in part.plots(rows, store.folder)]
-        texts.append(f'All numbers: [{part.NAME}.csv]({part.NAME}.csv)')
-    path = store.folder / 'report.md'
-    path.write_text('\n\n'.join(texts) + '\n')
-    return path
-
-
-def table(head, rows, align=''):
+def table(head: list[str], rows: list[list], align: str = '') -> str:
     """
     Return a Markdown table.
 
-    head: names of the columns; rows: lists of numbers and texts, numbers to 3 significant digits;
-    align: 'l' or 'r' for each column, by default the first to the left and others to the right.
+    head: names of the columns, with their units; rows: of numbers, shown to 3 significant digits,
+    and texts; align: 'l' or 'r' for each column, by default the first to the left and others to
+    the right.
     """
     align = align or 'l' + 'r' * (len(head) - 1)
     lines = [head, [':--' if one == 'l' else '--:' for one in align]]
@@ -53,7 +34,7 @@ def table(head, rows, align=''):
     return '\n'.join('| ' + ' | '.join(line) + ' |' for line in lines)
 
 
-def number(value):
+def number(value: float | str | None) -> str:
     """Return a number to three significant digits as text; text as it is; None as a dash."""
     if value is None:
         return '–'
@@ -62,6 +43,35 @@ def number(value):
     if value != 0.0 and not 1e-3 <= abs(value) < 1e5:
         return f'{value:.2e}'
     return f'{value:.3g}' if abs(value) < 1000.0 else f'{value:.0f}'
+
+
+def spread(quartiles: tuple[float, float, float] | None) -> list:
+    """Return the fields of a median and of the other two quartiles."""
+    return [None, None] if quartiles is None else [
+        quartiles[1], f'{quartiles[0]:.3g} to {quartiles[2]:.3g}']
+
+
+def write(store: Store, sections: list, minutes: float, others: float | None) -> Path:
+    """
+    Write report.md into the store's folder; return its path.
+
+    sections: modules (see the room sections); others: how many processors they kept busy
+    meanwhile, or None.
+    """
+    texts = [_head(minutes, others)]
+    for section in sections:
+        rows, name = store.rows(section.NAME), section.NAME
+        if not rows:
+            texts.append(f'## {name}\n\nNot measured: the time did not suffice.')
+            continue
+        texts.append(section.text(rows).strip())
+        if plots.can_draw() and hasattr(section, 'plots'):
+            texts += [f'![{name}]({file})\n\n*{what_to_see}*'
+                      for file, what_to_see in section.plots(rows, store.folder)]
+        texts.append(f'All numbers: [{name}.csv]({name}.csv)')
+    path = store.folder / 'report.md'
+    path.write_text('\n\n'.join(texts) + '\n')
+    return path
 
 
 def _head(minutes, others):

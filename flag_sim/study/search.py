@@ -12,31 +12,33 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The search for the cheapest settings: candidates from cheap to dear, each on all windows."""
-import math
-import sys
+"""
+The search for the cheapest settings: candidates from cheap to dear, each on all windows.
 
-from flag_sim.cloth import Air, Diverged
-from flag_sim.cloth.model import Model
-from flag_sim.cloth.solvers import SOLVERS
-from flag_sim.cloth.stability import damping_bound, frequency_bound
+A candidate's error is measured in a shot to tune on, predicted for other shots, and checked in one
+that it was not tuned on.
+"""
+import math
+from typing import NamedTuple
+
+from flag_sim.cloth import Air
 from flag_sim.dials.settings import cloth_of, hang_of, look_of
-from flag_sim.study import choice, error, summary
-from flag_sim.study.reference import FINEST, nested, on_grid, Reference, WINDOW
-from flag_sim.study.settings import changed
-from flag_sim.study.trial import Trials
+from flag_sim.study.measures import errors, summary
+from flag_sim.study.measures.reference import FINEST, nested, on_grid, Reference, WINDOW
+from flag_sim.study.measures.settings import changed, Settings
+from flag_sim.study.measures.stability_trial import largest_step
+from flag_sim.study.measures.trials import Trials
+from flag_sim.study.runner import say, Store
 import numpy as np
 
-WINDOWS, CHECKS = 6, 6
-"""Windows of the shot to tune on, and of the shot to check on."""
-OTHER_SEED = 1000
-"""Added to gust.seed, for the shot to check on."""
-GUSTS = 0.3
-"""Least gust.intensity: in a steady wind all windows would be much alike."""
+SURE = 2.0
+"""Standard deviations by which a prediction is on the safe side: 1 of 40 fails if it is normal."""
+WINDOWS, CHECKS = 6, 6  # windows of the shot to tune on, and of the shot to check on
+OTHER_SEED = 1000  # added to gust.seed, for the shot to check on
+GUSTS = 0.3  # least gust.intensity: in a steady wind all windows would be much alike
 LASTING = 4.0
 """Length of the run that tells how far a sheet is stretched [s]; its second half counts."""
-MOST_STEPS = 20000
-"""Steps that the reference may take in a frame, some ten seconds."""
+MOST_STEPS = 20000  # steps that the reference may take in a frame, some ten seconds
 DEARER = 2.0
 """How much dearer a candidate may be, by its work, than the cheapest good one to be tried."""
 FILL = 0.8
@@ -48,13 +50,13 @@ The rest is for what tune does not see: messages, and moments in which the machi
 CHOSEN = ('rate', 'grid.columns', 'grid.rows', 'damping', 'solver', 'substeps',
           'substeps_limit', 'step_safety', 'precision')
 """
-The dials that are chosen.
+The parameters that are chosen.
 
 Not threads: they would be taken from the renderer, which draws one frame while the next moves.
 """
 
 
-def methods():
+def methods() -> dict[str, Settings]:
     """Return {name: changes}: steps that keep the material as it is, and friction in it."""
     exact = {'solver': 'symplectic', 'substeps': 0, 'precision': 'float64'}
     return {
@@ -66,22 +68,71 @@ def methods():
     }
 
 
-def require(settings):
+def require(settings: Settings) -> None:
     """
     Raise ValueError for settings that make no scene, or that cannot be tuned.
 
     Their camera must see the flag, and the reference must not take hours.
     """
     at_rest = cloth_of(settings).positions
-    error.pixel_distances(at_rest, at_rest, look_of(settings).camera)
+    errors.pixel_distances(at_rest, at_rest, look_of(settings).camera)
     fine = cloth_of(on_grid(settings, *FINEST))
-    model = Model(fine.mesh, fine.material)
-    steps = 1.0 / (settings['rate'] * SOLVERS['symplectic'].largest_step(
-        frequency_bound(model), damping_bound(model), Air()))
+    steps = 1.0 / (settings['rate'] * largest_step('symplectic', fine.material, Air(), fine.mesh))
     if steps > MOST_STEPS:
         raise ValueError(
             f'the reference, on {FINEST[1]} x {FINEST[0]} nodes, may take at most {MOST_STEPS} '
             f'steps a frame, and this sheet needs {steps:.0f}: lower its stiffness or damping')
+
+
+class Option(NamedTuple):
+    """Settings by name; cost of a frame [ms]; error [px] that other shots should stay below."""
+
+    name: str
+    cost_ms: float
+    error_px: float
+
+
+class Verdict(NamedTuple):
+    """The option to take, and whether it keeps the budget of error and that of time."""
+
+    option: Option
+    is_accurate: bool
+    is_fast: bool
+
+
+def predicted(errors_px: list[float], others: int) -> float:
+    """
+    Return what the RMS error [px] of as many `others` windows should stay below.
+
+    errors_px: of windows of one shot; inf if one diverged. The mean of their squares is
+    predicted for new windows with its standard deviation, the root of s2 (1 / n + 1 / others).
+    """
+    squares = np.square(errors_px)
+    if not np.all(np.isfinite(squares)):
+        return math.inf
+    spread = np.std(squares, ddof=1) * math.sqrt(1.0 / len(squares) + 1.0 / others)
+    return math.sqrt(np.mean(squares) + SURE * spread)
+
+
+def choose(options: list[Option], error_px: float, limit_ms: float) -> Verdict:
+    """
+    Return the Verdict on a list of Options for budgets of error [px] and time [ms].
+
+    The cheapest that keeps both; if none does, the most accurate that keeps the time; if none
+    keeps the time, the cheapest. Raises ValueError for an empty list.
+    """
+    def verdict(option):
+        return Verdict(option, option.error_px <= error_px, option.cost_ms <= limit_ms)
+
+    if not options:
+        raise ValueError('there is nothing to choose from')
+    fast = [option for option in options if option.cost_ms <= limit_ms]
+    good = [option for option in fast if option.error_px <= error_px]
+    if good:
+        return verdict(min(good, key=lambda option: option.cost_ms))
+    if fast:
+        return verdict(min(fast, key=lambda option: (option.error_px, option.cost_ms)))
+    return verdict(min(options, key=lambda option: option.cost_ms))
 
 
 class Search:
@@ -91,11 +142,10 @@ class Search:
     settings: of the user's scene, camera and sheet; rate: frames a second.
     """
 
-    def __init__(self, settings, rate, store, out=None):
+    def __init__(self, settings: Settings, rate: float, store: Store):
         gusts = max(settings['gust.intensity'], GUSTS)
         self.settings = changed(settings, {'rate': rate, 'gust.intensity': gusts})
         self.store = store
-        self._out = out or sys.stderr
         frames = max(1, round(WINDOW * rate))
         self.window_s = frames / rate
         self._trials = {}
@@ -119,7 +169,7 @@ class Search:
         self._works = works
         return {name: found[name] for name in sorted(found, key=works.get)}
 
-    def find(self, error_px):
+    def find(self, error_px: float) -> tuple[Verdict, list[float]]:
         """
         Return the Verdict, and the errors [px] of what it takes in the shot to check on.
 
@@ -128,20 +178,20 @@ class Search:
         """
         options = {option.name: option for option in self._options(error_px)}
         while True:
-            verdict = choice.choose(list(options.values()), error_px, self.limit_ms)
+            verdict = choose(list(options.values()), error_px, self.limit_ms)
             option, name = verdict.option, verdict.option.name
             rows = self._rows('check', name, CHECKS)
-            errors = _errors(rows)
+            found = _errors(rows)
             checked = option._replace(
                 cost_ms=max(option.cost_ms, self._cost(rows)),
-                error_px=max(option.error_px, error.rms(errors), self._lasting(name)))
+                error_px=max(option.error_px, summary.rms(found), self._lasting(name)))
             if checked == option or not verdict.is_fast:
-                return verdict, errors
+                return verdict, found
             options[name] = checked
 
-    def chosen(self, name):
-        """Return {dial: value} of what is chosen with a candidate."""
-        return {dial: self.candidates[name][dial] for dial in CHOSEN}
+    def chosen(self, name: str) -> Settings:
+        """Return {parameter: value} of what is chosen with a candidate."""
+        return {one: self.candidates[name][one] for one in CHOSEN}
 
     def _options(self, error_px):
         """Return Options of the candidates that are worth trying."""
@@ -158,12 +208,12 @@ class Search:
                 slow.add(method)
                 if options:
                     continue
-            rows = first if self._hopeless(first, error_px) else self._rows(
-                'tune', name, WINDOWS)
-            errors = _errors(rows)
-            bound = (choice.predicted(errors, CHECKS) if len(rows) == WINDOWS
-                     else 2.0 * errors[0])
-            options.append(choice.Option(name, self._cost(rows), bound))
+            rows = first
+            if _errors(first)[0] <= 3.0 * error_px:
+                rows = self._rows('tune', name, WINDOWS)
+            found = _errors(rows)
+            bound = predicted(found, CHECKS) if len(rows) == WINDOWS else 2.0 * found[0]
+            options.append(Option(name, self._cost(rows), bound))
             if bound <= error_px:
                 options[-1] = options[-1]._replace(error_px=max(bound, self._lasting(name)))
             if options[-1].error_px <= error_px and options[-1].cost_ms <= self.limit_ms:
@@ -181,27 +231,15 @@ class Search:
         if not self.store.has('lasting', name):
             own = self._trials['tune']
             right = _stretch(own.reference.window(0).positions, self._length)
-            cloth, shot, found = cloth_of(self.candidates[name]), own.reference.shot, []
-            frames = round(LASTING * self.settings['rate'])
-            try:
-                for frame in range(1, frames + 1):
-                    cloth.advance(shot.dt, shot.wind(frame))
-                    if frame > frames // 2:
-                        found.append(_stretch(cloth.positions, self._length))
-                metres = abs(np.mean(found) - right) * self._length / math.sqrt(3.0)
-            except Diverged:
-                metres = math.inf
-            camera = own.camera
-            depth = camera.pose[2] @ np.append(cloth.positions.mean(axis=(0, 1)), 1.0)
+            cloth, shot = cloth_of(self.candidates[name]), own.reference.shot
+            frames = shot.frames(LASTING)
+            found = [_stretch(cloth.positions, self._length) for _ in shot.timed(cloth, 0, frames)]
+            metres = math.inf if len(found) < frames else (
+                abs(np.mean(found[frames // 2:]) - right) * self._length / math.sqrt(3.0))
+            depth = own.camera.pose[2] @ np.append(cloth.positions.mean(axis=(0, 1)), 1.0)
             self.store.add('lasting', {
-                'key': name, 'rms_px': float(metres * camera.pixels_per_metre(depth))})
-        (row,) = [row for row in self.store.rows('lasting') if row['key'] == name]
-        return row['rms_px']
-
-    @staticmethod
-    def _hopeless(first, error_px):
-        """Return whether one window is enough to know that settings are too inaccurate."""
-        return first[0]['rms_px'] is None or first[0]['rms_px'] > 3.0 * error_px
+                'key': name, 'rms_px': float(metres * own.camera.pixels_per_metre(depth))})
+        return self.store.row('lasting', name)['rms_px']
 
     @staticmethod
     def _cost(rows):
@@ -216,18 +254,12 @@ class Search:
             key = f'{name}@{number}'
             if not self.store.has(part, key):
                 if not own.reference.has(number):
-                    self._say(f'{part}: reference {number + 1} of {WINDOWS}')
-                window = own.reference.window(number)
-                row, positions = own.motion(self.candidates[name], window)
-                row |= own.picture(self.candidates[name], positions, window, with_ssim=False)
+                    say(f'{part}: reference {number + 1} of {WINDOWS}')
+                row = own.row(self.candidates[name], own.reference.window(number), {})
                 self.store.add(part, {'key': key, 'setting': name, **row})
                 if number == 0:
-                    self._say(f'{part}: {name}')
-        wanted = [f'{name}@{number}' for number in range(count)]
-        return [row for row in self.store.rows(part) if row['key'] in wanted]
-
-    def _say(self, text):
-        print(text, file=self._out, flush=True)
+                    say(f'{part}: {name}')
+        return [self.store.row(part, f'{name}@{number}') for number in range(count)]
 
 
 def _errors(rows):
@@ -237,5 +269,5 @@ def _errors(rows):
 
 def _stretch(positions, length):
     """Return the mean strain along the rows of positions (rows, columns, 3) [m]."""
-    return float(error.distances(positions[:, 1:], positions[:, :-1]).sum(axis=1).mean()
+    return float(errors.distances(positions[:, 1:], positions[:, :-1]).sum(axis=1).mean()
                  / length - 1.0)

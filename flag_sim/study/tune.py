@@ -16,38 +16,37 @@
 import argparse
 import datetime
 import hashlib
-from pathlib import Path
 import shutil
 import sys
 
-from flag_sim.study import error, machine, params
-from flag_sim.study.arguments import positive
-from flag_sim.study.reference import WINDOW
+from flag_sim.arguments import given_path, positive
+from flag_sim.study import machine, params_file
+from flag_sim.study.measures import summary
+from flag_sim.study.measures.reference import WINDOW
+from flag_sim.study.measures.settings import changed, defaults, RANGES
+from flag_sim.study.runner import session, Store, taken_by_others
 from flag_sim.study.search import FILL, require, Search
-from flag_sim.study.sessions import session, taken_by_others
-from flag_sim.study.settings import changed, defaults
-from flag_sim.study.shot import MOST_HZ
-from flag_sim.study.store import Store
 
 
-def main(args=None):
+def main(args=None) -> int:
     """Tune; return 0, or 1 if the budget cannot be met on this machine."""
     parser = argparse.ArgumentParser(prog='tune', description=__doc__)
     parser.add_argument('--error-px', type=positive, required=True,
                         help=f'RMS error after {1e3 * WINDOW:.0f} ms that is allowed [pixel]')
-    parser.add_argument('--rate', type=positive, default=30.0, help='frames a second (30)')
-    parser.add_argument('--output', type=Path, required=True, help='the new params file')
-    parser.add_argument('--params-file', type=Path,
+    parser.add_argument('--rate', type=positive, default=30.0, help='frames a second [Hz] (30)')
+    parser.add_argument('--output', type=given_path, required=True, help='the new params file')
+    parser.add_argument('--params-file', type=given_path,
                         help='params file with your camera, image size, flag and wind')
     options = parser.parse_args(args)
     try:
-        output = params.check_new(options.output)
-        settings, others = params.read(options.params_file) if options.params_file else (
+        output = params_file.check_new(options.output)
+        settings, others = params_file.read(options.params_file) if options.params_file else (
             defaults(), [])
         if others:
             print(f'not looked at: {", ".join(others)}', file=sys.stderr)
-        if options.rate > MOST_HZ:
-            raise ValueError(f'rate must be at most {MOST_HZ:g} Hz, not {options.rate:g}')
+        if options.rate > RANGES['rate'][1]:
+            raise ValueError(f'rate must be at most {RANGES["rate"][1]:g} Hz, not '
+                             f'{options.rate:g}')
         require({**settings, 'rate': options.rate})
         work = output.with_name(f'{output.name}.unfinished')
         asked = hashlib.sha256(repr(sorted(settings.items())).encode()).hexdigest()
@@ -62,9 +61,9 @@ def main(args=None):
             shutil.rmtree(work)
             raise
         chosen = search.chosen(verdict.option.name)
-        blocks = params.blocks(changed(settings, chosen), chosen)
+        blocks = params_file.blocks(changed(settings, chosen), chosen)
         promise = _promise(options, search, verdict, errors, taken_by_others(store), blocks)
-        params.write(output, promise, blocks)
+        params_file.write(output, promise, blocks)
     except (ValueError, FileExistsError) as problem:
         parser.error(str(problem))
     except KeyboardInterrupt:
@@ -79,8 +78,8 @@ def _promise(options, search, verdict, errors, busy, blocks):
     """
     Return the lines of the params file's comment: what it promises, and what it misses.
 
-    busy: processors that others took meanwhile, or None. blocks: {node: {dial: value}} of what is
-    in the file.
+    busy: processors that others took meanwhile, or None. blocks: {node: {parameter: value}} of
+    what is in the file.
     """
     *nodes, last = (node for node, values in blocks.items() if values)
     own = search.settings
@@ -95,7 +94,7 @@ def _promise(options, search, verdict, errors, busy, blocks):
         f'{own["camera.distance"]:g} m.',
         f'Give it to {", ".join(nodes)} and {last}, after your own params file.',
         '',
-        f'Error: {error.rms(errors):.2g} px (RMS) after {1e3 * search.window_s:.0f} ms, in '
+        f'Error: {summary.rms(errors):.2g} px (RMS) after {1e3 * search.window_s:.0f} ms, in '
         f'{len(errors)} windows of a shot that it',
         f'was not tuned on, in wind of {own["speed"]:g} m/s with gusts of '
         f'{own["gust.intensity"]:g}; {options.error_px:g} px are allowed'

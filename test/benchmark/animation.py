@@ -19,11 +19,13 @@ Measures the node's work for a frame: the values of all tracks, the wind with gu
 keys and the message, and beside it the message's publication. Medians, written to
 out/bench-animation.json.
 """
+import argparse
 import json
 from pathlib import Path
 import statistics
 import time
 
+from flag_sim.arguments import given_path
 from flag_sim.dials.catalogue import NODES
 from flag_sim.nodes import keys, messages
 from flag_sim.nodes.frames import Tag
@@ -36,7 +38,6 @@ from rclpy.node import Node
 TRACKS, KEYS = 50, 200  # of each track
 FRAMES = 2000
 LAWS = ('linear', 'ease', 'cubic', 'step')
-OUT = Path('out/bench-animation.json')
 
 
 def animation():
@@ -82,10 +83,15 @@ def median_ms(work, times):
 
 def main():
     """Measure, print and write."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('--quick', action='store_true', help='few frames')
+    parser.add_argument('--out', type=given_path, default=Path('out/bench-animation.json'))
+    options = parser.parse_args()
+    frames = 20 if options.quick else FRAMES
     values, end = animation()
     timeline = keys.read_timeline(values)
     weather = Weather(values, timeline)
-    times = np.linspace(0.0, end, FRAMES).tolist()
+    times = np.linspace(0.0, end, frames).tolist()
     step = times[1]
     tag = Tag(0, 1, 0, 0)
     keyed, wind = keys.values_at(timeline, 1.0), weather.at(1.0)
@@ -105,9 +111,10 @@ def main():
     work = sum(spent for what, spent in result.items() if what != 'publication')
     for what, spent in {**result, 'work of the node (without publication)': work}.items():
         print(f'{what:40}{spent:8.3f} ms')
-    OUT.parent.mkdir(parents=True, exist_ok=True)
-    OUT.write_text(json.dumps(result, indent=2) + '\n')
-    print(f'{TRACKS * KEYS} keys in {TRACKS} tracks, medians of {FRAMES} frames, written to {OUT}')
+    options.out.parent.mkdir(parents=True, exist_ok=True)
+    options.out.write_text(json.dumps(result, indent=2) + '\n')
+    print(f'{TRACKS * KEYS} keys in {TRACKS} tracks, medians of {frames} frames, '
+          f'written to {options.out}')
 
 
 if __name__ == '__main__':

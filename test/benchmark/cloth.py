@@ -33,6 +33,7 @@ from typing import NamedTuple
 for library in ('OMP', 'OPENBLAS', 'MKL'):
     os.environ[library + '_NUM_THREADS'] = '1'  # of the peers; read when they start
 
+from flag_sim.arguments import given_path  # noqa: E402
 from floating_point import FLOPS, peak  # noqa: E402
 
 import numpy as np  # noqa: E402
@@ -230,7 +231,7 @@ def main():
     """Measure, print and write."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--rounds', type=int, default=20)
-    parser.add_argument('--out', type=Path, default=Path('out/bench-cloth.json'))
+    parser.add_argument('--out', type=given_path, default=Path('out/bench-cloth.json'))
     options = parser.parse_args()
     processors = os.sched_getaffinity(0)
     machine = f'{platform.machine()}, {len(processors)} processors, {processor_name()}'

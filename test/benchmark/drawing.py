@@ -28,6 +28,7 @@ import time
 
 os.environ['LP_NUM_THREADS'] = '0'  # llvmpipe draws in the calling thread; read at its start
 
+from flag_sim.arguments import given_path  # noqa: E402
 from flag_sim.drawing import Camera, Light, Picture, Scene, Style  # noqa: E402
 from flag_sim.drawing.assembly import Assembly  # noqa: E402
 from flag_sim.drawing.bands import BAND, Buffers, clear  # noqa: E402
@@ -128,6 +129,7 @@ def floor(flag, normals):
     canvas = Canvas(CAMERA.width, CAMERA.height, 1, 0, 0.0)
     buffers = Buffers(CAMERA.width, 0, False)
     words, depths = buffers.arrays[:2]
+    least, most = np.zeros(4, np.float32), np.full(4, 255.0, np.float32)
     ramp = np.float32([0.1, 1e-9, 200, 1e-6, 40, 1e-6, 40, 1e-6])
     bands = [(top, np.uint64(drawn[top:top + BAND].sum()))
              for top in range(0, CAMERA.height, BAND) if drawn[top:top + BAND].any()]
@@ -136,7 +138,7 @@ def floor(flag, normals):
         for top, count in bands:
             rows = min(BAND, CAMERA.height - top)
             clear(words, depths, np.uint32(0), np.float32(0.0), first, last, rows, buffers.stride)
-            span_linear(words, depths, np.uint64(0), count, *ramp)
+            span_linear(words, depths, np.uint64(0), count, least, most, *ramp)
             write_rgb(words, top, rows, first, last, CAMERA.width, buffers.stride,
                       canvas.byte_array, canvas.word_array)
 
@@ -179,7 +181,7 @@ def main():
     """Measure, print and write."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--rounds', type=int, default=60)
-    parser.add_argument('--out', type=Path, default=Path('out/bench-drawing.json'))
+    parser.add_argument('--out', type=given_path, default=Path('out/bench-drawing.json'))
     options = parser.parse_args()
     rows, missing, own = against_peers(options.rounds)
     machine = f'{platform.machine()}, {len(os.sched_getaffinity(0))} processors'

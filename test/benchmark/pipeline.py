@@ -25,23 +25,33 @@ import json
 import os
 from pathlib import Path
 import platform
-import re
 import statistics
 import tempfile
 import time
+from typing import NamedTuple
 
+from flag_sim.arguments import given_path
 from flag_sim.nodes.graph import Graph
 
 from probe import answer_wind, feed, Probe, recorded_frames, sending_jitter
 
 NODES = ('wind', 'physics', 'renderer', 'recorder')
-SUMMARY = re.compile(r'served (\d+) frames in ([\d.]+) s: '
-                     r'wait (-?[\d.]+) %, work ([\d.]+) %, publish ([\d.]+) %')
-PAUSE = 5.0  # how long idle nodes are watched [s]
-FED = 300  # frames that a node is fed with alone
-BEAT, BEATS = 60.0, 600  # of the shot in real time [Hz], frames
+BEAT = 60.0  # of the shot in real time [Hz]
 SHARE_AIM = 0.9  # of what the slowest node alone allows
 JITTER_AIM = 1.0, 5.0  # [ms], at the median and the 99th percentile
+
+
+class Amount(NamedTuple):
+    """How much is measured."""
+
+    frames: int = 600    # of a shot
+    runs: int = 3
+    pause: float = 5.0   # how long idle nodes are watched [s]
+    fed: int = 300       # frames that a node is fed with alone
+    beats: int = 600     # frames of the shot in real time
+
+
+QUICK = Amount(20, 1, 0.2, 10, 90)  # shows that all of it runs; its figures mean nothing
 
 
 def memory(process):
@@ -57,19 +67,15 @@ def processor_time(process):
 
 
 def start(graph, node, *arguments):
-    """Start a node; return the seconds until it says that it waits."""
+    """Start a node; return the seconds until it is ready."""
     begin = time.perf_counter()
-    process = graph.start(node, *arguments)
-    ready = 'recording' if node == 'recorder' else 'waiting for'
-    while ready not in graph.log(node):
-        if process.poll() is not None:
-            raise SystemExit(f'{node} ended:\n{graph.log(node)}')
-        time.sleep(0.005)
+    graph.start(node, *arguments)
+    graph.wait_ready(node)
     return time.perf_counter() - begin
 
 
-def run(frames, folder):
-    """Film one shot into folder / 'bag'; return what was measured."""
+def run(frames, pause, folder):
+    """Film one shot into folder / 'bag', after an idle pause [s]; return what was measured."""
     with Graph(folder / 'log') as graph:
         ready = {node: start(graph, node) for node in ('physics', 'renderer')}
         ready['recorder'] = start(graph, 'recorder', '-p', f'path:={folder / "bag"}')
@@ -77,8 +83,8 @@ def run(frames, folder):
             graph, 'wind', '-p', 'pace:=lockstep', '-p', f'frames:={frames}', '-p',
             'wait_for:=[renderer, recorder]', '-p', 'paused:=true')
         idle = {node: processor_time(graph.processes[node]) for node in NODES}
-        time.sleep(PAUSE)
-        idle = {node: (processor_time(graph.processes[node]) - idle[node]) / PAUSE
+        time.sleep(pause)
+        idle = {node: (processor_time(graph.processes[node]) - idle[node]) / pause
                 for node in NODES}
         graph.end('wind')
         start(graph, 'wind', '-p', 'pace:=lockstep', '-p', f'frames:={frames}', '-p',
@@ -92,41 +98,51 @@ def run(frames, folder):
             time.sleep(0.05)
         for node in NODES[1:]:
             graph.end(node)
-        shares = {node: SUMMARY.search(graph.log(node)).groups() for node in NODES}
-    return {'frames_per_second': frames / float(shares['recorder'][1]),
+        told = {node: figures(graph, node) for node in NODES}
+    return {'frames_per_second': frames / told['recorder']['seconds'],
             'nodes': {node: {
-                'wait': float(shares[node][2]), 'work': float(shares[node][3]),
-                'publish': float(shares[node][4]), 'resident_mb': resident[node],
+                'wait': told[node]['wait'], 'work': told[node]['work'],
+                'publish': told[node]['publish'], 'resident_mb': resident[node],
                 'processor_ms': 1e3 * (used[node] - before[node]) / frames,
                 'ready_s': ready[node], 'paused_percent': 100.0 * idle[node]}
                 for node in NODES}}
 
 
-def alone(node, folder):
+def figures(graph, node):
+    """Return what a node that has ended told of its time; end the benchmark if it told nothing."""
+    told = graph.told(node)
+    if 'X_FLAG_SIM_SECONDS' not in told:
+        raise SystemExit(f'{node} served nothing:\n{graph.log(node)}')
+    return {name: float(told[f'X_FLAG_SIM_{name.upper()}'])
+            for name in ('seconds', 'wait', 'work', 'publish')}
+
+
+def alone(node, fed, folder):
     """Return the frames a second that a node serves with nobody else at work but the probe."""
     with Graph(folder / f'alone-{node}') as graph, Probe(graph.domain) as probe:
         if node == 'wind':
             start(graph, node, '-p', 'pace:=lockstep', '-p', 'wait_for:=[renderer]')
-            return answer_wind(probe, FED)
+            return answer_wind(probe, fed)
         start(graph, node, *(('-p', f'path:={folder / "copy"}') if node == 'recorder' else ()))
-        return feed(probe, node, recorded_frames(folder / 'bag', FED))
+        return feed(probe, node, recorded_frames(folder / 'bag', fed))
 
 
-def beat(folder):
+def beat(beats, folder):
     """Return the wind's jitter [ms] in real time, at the median and the 99th percentile."""
     with Graph(folder / 'beat') as graph, Probe(graph.domain) as probe:
         for node in ('physics', 'renderer'):
             start(graph, node)
         start(graph, 'wind', '-p', f'rate:={BEAT}')
-        return sending_jitter(probe, BEAT, BEATS)
+        return sending_jitter(probe, BEAT, beats)
 
 
-def measure(frames):
+def measure(amount):
     """Film a shot, then feed its nodes alone; return what was measured."""
     with tempfile.TemporaryDirectory(prefix='flag_sim-bench-') as folder:
-        result = run(frames, Path(folder))
+        result = run(amount.frames, amount.pause, Path(folder))
         for node in NODES:
-            result['nodes'][node]['alone_frames_per_second'] = alone(node, Path(folder))
+            result['nodes'][node]['alone_frames_per_second'] = alone(
+                node, amount.fed, Path(folder))
     return result
 
 
@@ -145,20 +161,20 @@ def verdict(is_reached):
 def main():
     """Measure, print and write."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--frames', type=int, default=600)
-    parser.add_argument('--runs', type=int, default=3)
-    parser.add_argument('--out', type=Path, default=Path('out/bench.json'))
+    parser.add_argument('--quick', action='store_true', help='little of everything')
+    parser.add_argument('--out', type=given_path, default=Path('out/bench.json'))
     options = parser.parse_args()
+    amount = QUICK if options.quick else Amount()
     with tempfile.TemporaryDirectory(prefix='flag_sim-bench-') as folder:
-        run(30, Path(folder))  # compiles the kernels where they are not cached yet
-        jitter = beat(Path(folder))
-    runs = [measure(options.frames) for _ in range(options.runs)]
+        # It also compiles the kernels where they are not cached yet.
+        jitter = beat(amount.beats, Path(folder))
+    runs = [measure(amount) for _ in range(amount.runs)]
     result = median_of(runs)
     result['spread_frames_per_second'] = [round(one['frames_per_second'], 1) for one in runs]
     result['machine'] = f'{platform.machine()}, {os.cpu_count()} processors'
     result['jitter_ms'] = dict(zip(('median', 'percentile_99'), jitter))
     rates = ', '.join(f'{rate:.0f}' for rate in result['spread_frames_per_second'])
-    print(f'{result["frames_per_second"]:.0f} frames/s recorded at 640 x 480 ({options.frames} '
+    print(f'{result["frames_per_second"]:.0f} frames/s recorded at 640 x 480 ({amount.frames} '
           f'frames, runs: {rates}; {result["machine"]})')
     print(f'{"":10}{"wait %":>8}{"work %":>8}{"publish %":>10}{"cpu ms":>8}{"MB":>6}'
           f'{"ready s":>9}{"paused %":>10}{"alone":>7}')

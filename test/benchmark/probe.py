@@ -18,7 +18,7 @@ import time
 from flag_sim.nodes import messages
 from flag_sim.nodes.bag import RecordedTopics
 from flag_sim.nodes.life import bring_profile, keep_memory
-from flag_sim.nodes.recorder import serialized_stamp
+from flag_sim.nodes.messages import serialized_stamp
 from flag_sim.nodes.topics import publish, subscribe
 import numpy as np
 import rclpy

@@ -23,12 +23,14 @@ import argparse
 from pathlib import Path
 import tempfile
 
-from flag_sim.study import error, machine
-from flag_sim.study.reference import FINEST, Reference
+from flag_sim.arguments import given_path
+from flag_sim.study import machine
+from flag_sim.study.measures.reference import FINEST, Reference
+from flag_sim.study.measures.settings import changed, defaults
+from flag_sim.study.measures.summary import rms
+from flag_sim.study.measures.trials import Trials
+from flag_sim.study.runner import Store
 from flag_sim.study.search import Search
-from flag_sim.study.settings import changed, defaults
-from flag_sim.study.store import Store
-from flag_sim.study.trial import Trials
 
 CAMERAS = {'near': 2.8, 'default': 5.5, 'far': 22.0}  # distances [m]
 SEEDS = range(2001, 2011)  # tune itself takes 0 and 1000
@@ -44,7 +46,7 @@ def errors_of(search, name, folder):
         trials = Trials(Reference(shot, 1, folder / f'seed{seed}', FINEST), shot)
         rows = [trials.motion(search.candidates[name], trials.reference.window(number))[0]
                 for number in range(WINDOWS)]
-        found.append(error.rms([row['rms_px'] for row in rows]))
+        found.append(rms([row['rms_px'] for row in rows]))
     return found
 
 
@@ -52,7 +54,7 @@ def main():
     """Tune for every camera and budget, and try what comes of it."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--error-px', type=float, nargs='+', default=[4.0, 8.0])
-    parser.add_argument('--folder', type=Path, default=None, help='keeps the references')
+    parser.add_argument('--folder', type=given_path, default=None, help='keeps the references')
     options = parser.parse_args()
     folder = options.folder or Path(tempfile.mkdtemp(prefix='flag_sim-tuning-'))
     folder.mkdir(exist_ok=True)

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """Budgets of a study that end after so many rows, on a machine of any speed."""
-from flag_sim.study.budget import Budget
+from flag_sim.study.runner import Budget
 
 
 class FewRows(Budget):

@@ -1,0 +1,114 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+What a process tells whoever started it: that it is ready, how far it is, and that it ends.
+
+By the protocol of systemd, sd_notify(3): a datagram of lines NAME=value to the socket that the
+environment variable NOTIFY_SOCKET names. So nobody has to read a log's wording for it.
+"""
+import contextlib
+import fcntl
+import os
+import secrets
+import select
+import socket
+import struct
+import termios
+
+PATIENCE = 5.0  # for a receiver that has not read ten notices [s]; what is said then is lost
+MOST_BYTES = 4096  # of a notice
+
+
+class Teller:
+    """
+    The sending end, in the process that was started; `is_wanted` tells whether anybody listens.
+
+    Variables are those of sd_notify(3), or named X_FLAG_SIM_... A receiver that is gone hinders
+    nobody.
+    """
+
+    def __init__(self):
+        self._socket = None
+        address = os.environ.get('NOTIFY_SOCKET')
+        if not address:
+            return
+        if address.startswith('@'):  # a name of the kernel's own, not of a file
+            address = '\0' + address[1:]
+        sender = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        try:
+            sender.connect(address)
+        except OSError:
+            sender.close()
+            return
+        sender.settimeout(PATIENCE)
+        self._socket = sender
+
+    @property
+    def is_wanted(self):
+        """Return whether somebody asked to be told."""
+        return self._socket is not None
+
+    def tell(self, **variables):
+        """Send variables that must arrive."""
+        if self.is_wanted:
+            notice = ''.join(f'{name}={value}\n' for name, value in variables.items())
+            with contextlib.suppress(OSError):
+                self._socket.send(notice.encode())
+
+    def tell_news(self, **variables):
+        """
+        Send variables that newer ones will replace, if all that was sent before has been read.
+
+        So they leave room in the receiver's queue for those that must arrive, also while it
+        sleeps. Return whether they were sent.
+        """
+        is_read = self.is_wanted and not self._unread_bytes()
+        if is_read:
+            self.tell(**variables)
+        return is_read
+
+    def _unread_bytes(self):
+        return struct.unpack('i', fcntl.ioctl(self._socket, termios.TIOCOUTQ, bytes(4)))[0]
+
+
+class Notices:
+    """
+    The receiving end for one process; `address` is the NOTIFY_SOCKET that it is started with.
+
+    The kernel keeps what was told until it is read, so nothing is lost while the receiver sleeps.
+    """
+
+    def __init__(self):
+        self.address = f'@flag_sim-{os.getpid()}-{secrets.token_hex(8)}'
+        self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        self._socket.bind('\0' + self.address[1:])
+        self._socket.setblocking(False)
+        self._told = {}
+
+    def told(self):
+        """Return the latest of every variable that was told so far: {name: text}."""
+        with contextlib.suppress(BlockingIOError):
+            while True:
+                lines = self._socket.recv(MOST_BYTES).decode(errors='replace').splitlines()
+                self._told.update(line.split('=', 1) for line in lines if '=' in line)
+        return self._told
+
+    def wait(self, seconds):
+        """Return at the next notice, or after so many seconds."""
+        select.select([self._socket], [], [], seconds)
+
+    def close(self):
+        """Hear no more."""
+        self._socket.close()

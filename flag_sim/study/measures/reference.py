@@ -1,0 +1,229 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+A shot to measure on; and references: the same sheet on a fine grid, its states all along a shot.
+
+The motion is chaotic, so that two simulations, however exact, part within a second. They are
+therefore compared as forecasts are: over short windows, each of which starts from a state of the
+reference. The grids are nested: each node of a coarser one is a node of the finest, whose state
+it takes as it is.
+
+The shot goes on the middle grid, every second node of the finest; the last LEAD seconds before a
+window are played on the finest itself, so that its own small wrinkles are there.
+"""
+from collections.abc import Iterator
+from pathlib import Path
+import time
+from typing import NamedTuple
+
+from flag_sim.animation.gusts import Gusts
+from flag_sim.animation.wind import wind_vector
+from flag_sim.cloth import Cloth, Diverged
+from flag_sim.cloth.energy import kinetic_energy
+from flag_sim.cloth.mesh import resample
+from flag_sim.cloth.model import Model
+from flag_sim.dials.settings import cloth_of
+from flag_sim.study.measures.settings import changed, Settings
+import numpy as np
+
+FINEST = (161, 241)  # rows and columns of the finest grid: eight times as fine as the default
+SPIN_UP = 1.0  # until the first window: the flag, laid out flat, has then fallen into the wind [s]
+SPACING = 0.5  # from one window to the next [s]
+LEAD = 0.1  # on the finest grid before a window [s]
+WINDOW = 1.0 / 30.0
+"""Length of a window, in which errors are ranked [s]; see the report on why not longer."""
+CORNER = 1.0 / 3.0, 2.0 / 3.0
+"""Place of the node whose sideways motion is listened to: parts of height and length."""
+MILLI = 1e3
+
+
+class LongRun(NamedTuple):
+    """What is left to compare of a run that is longer than trajectories can be compared."""
+
+    shape: np.ndarray  # mean positions (rows, columns, 3) [m]
+    energies: list     # kinetic energy of each frame [J]
+    sideways: list     # velocity of one node across the wind in each frame [m/s]
+
+
+class Shot:
+    """
+    The wind of settings (see settings.WEATHER), frame by frame.
+
+    Within a frame the wind is steady, as it is for the physics node.
+    """
+
+    def __init__(self, settings: Settings):
+        self.dt = 1.0 / settings['rate']
+        self._speed = settings['speed']
+        self._direction = settings['azimuth'], settings['elevation']
+        self._intensity = settings['gust.intensity']
+        self._gusts = Gusts(settings['gust.length'], settings['gust.seed'])
+
+    def frames(self, seconds: float) -> int:
+        """Return how many frames there are in seconds."""
+        return round(seconds / self.dt)
+
+    def wind(self, frame: int) -> np.ndarray:
+        """Return what blows, (3,) [m/s], in the frame of that number."""
+        gust = self._intensity * self._gusts.at(self._speed * frame * self.dt)
+        return wind_vector(self._speed, *self._direction, gust)
+
+    def play(self, cloth: Cloth, first: int, last: int) -> None:
+        """Move a cloth through the frames first + 1 .. last; raises Diverged."""
+        for frame in range(first + 1, last + 1):
+            cloth.advance(self.dt, self.wind(frame))
+
+    def timed(self, cloth: Cloth, first: int, last: int) -> Iterator[tuple]:
+        """Yield (steps taken, time [ms]) after each frame of play; end early if it diverges."""
+        for frame in range(first + 1, last + 1):
+            begin = time.perf_counter()
+            try:
+                steps = cloth.advance(self.dt, self.wind(frame))
+            except Diverged:
+                return
+            yield steps, MILLI * (time.perf_counter() - begin)
+
+    def long_run(self, cloth: Cloth, first: int, settle: float, seconds: float) -> LongRun | None:
+        """
+        Return the LongRun of a cloth from a frame on, None if it diverges.
+
+        settle: what is left out first [s]; seconds: what counts then [s].
+        """
+        model = Model(cloth.mesh, cloth.material)
+        skipped, count = self.frames(settle), self.frames(settle + seconds) - self.frames(settle)
+        energies, sideways, mean = [], [], 0.0
+        node = tuple(round(part * (number - 1)) for part, number in zip(
+            CORNER, (cloth.mesh.rows, cloth.mesh.columns)))
+        for done, _ in enumerate(self.timed(cloth, first, first + skipped + count), 1):
+            if done > skipped:
+                energies.append(kinetic_energy(model, cloth.velocities))
+                sideways.append(cloth.velocities[node][1])
+                mean = mean + cloth.positions / count
+        return LongRun(mean, energies, sideways) if len(energies) == count else None
+
+
+class Window(NamedTuple):
+    """A state of the reference, and where it is after each of the following frames."""
+
+    frame: int              # number of the frame that it starts from
+    positions: np.ndarray   # (rows, columns, 3) [m]
+    velocities: np.ndarray  # (rows, columns, 3) [m/s]
+    ends: np.ndarray        # (frames, rows, columns, 3) [m]
+
+
+def nested(finest: tuple = FINEST) -> list[tuple[int, int]]:
+    """Return the grids (rows, columns) that are nested in the finest, from coarse to fine."""
+    rows, columns = finest[0] - 1, finest[1] - 1
+    return [(rows // every + 1, columns // every + 1) for every in range(columns // 2, 1, -1)
+            if rows % every == 0 and columns % every == 0 and rows // every >= 2]
+
+
+def on_grid(settings: Settings, rows: int, columns: int) -> Settings:
+    """
+    Return settings for the same sheet on another grid.
+
+    The parameter `damping` is a ratio to the critical damping of one spring, whose dashpot for a
+    given ratio is proportional to the spacing; so that the sheet keeps its dashpots, the ratio
+    goes with the number of intervals.
+    """
+    scale = (columns - 1) / (settings['grid.columns'] - 1)
+    return changed(settings, {'grid.rows': rows, 'grid.columns': columns,
+                              'damping': settings['damping'] * scale})
+
+
+class Reference:
+    """
+    The windows of a shot, made as they are asked for, in the order of their numbers.
+
+    settings: of the shot and of the sheet. frames: length of a window. folder: where finished
+    windows are kept from run to run, or None.
+    """
+
+    def __init__(self, settings: Settings, frames: int, folder: Path | None = None,
+                 finest: tuple = FINEST):
+        self.settings = {**settings, 'solver': 'symplectic', 'substeps': 0, 'step_safety': 0.9,
+                         'substeps_limit': 10**6, 'precision': 'float64'}
+        self.shot = Shot(settings)
+        self.frames = frames
+        self.finest = finest
+        self.folder = folder
+        self._windows = {}
+        self._middle = self._frame = None
+
+    def grid(self, rows: int, columns: int, **changes) -> Settings:
+        """Return the settings of the reference on a nested grid."""
+        return changed(on_grid(self.settings, rows, columns), changes)
+
+    def frame(self, number: int) -> int:
+        """Return the frame that a window starts from."""
+        return round((SPIN_UP + number * SPACING) / self.shot.dt)
+
+    def has(self, number: int) -> bool:
+        """Return whether a window is there already."""
+        return number in self._windows or bool(self.folder and self._path(number).exists())
+
+    def window(self, number: int) -> Window:
+        """Return a window."""
+        if number not in self._windows:
+            path = self.folder and self._path(number)
+            if path and path.exists():
+                with np.load(path) as kept:
+                    self._windows[number] = Window(
+                        int(kept['frame']), *(kept[name].astype(np.float64)
+                                              for name in Window._fields[1:]))
+            else:
+                window = self._windows[number] = self._make(number)
+                if path:
+                    path.parent.mkdir(exist_ok=True)
+                    beside = path.with_name('unfinished.npz')
+                    np.savez(beside, frame=window.frame, **{
+                        name: np.float32(getattr(window, name)) for name in Window._fields[1:]})
+                    beside.replace(path)
+        return self._windows[number]
+
+    def start(self, window: Window, settings: Settings) -> Cloth:
+        """Return the Cloth of settings, on a nested grid, in the state of a window's start."""
+        cloth = cloth_of(settings)
+        every = (self.finest[1] - 1) // (settings['grid.columns'] - 1)
+        cloth.place(window.positions[::every, ::every], window.velocities[::every, ::every])
+        return cloth
+
+    def filled(self, positions: np.ndarray) -> np.ndarray:
+        """Return positions of a nested grid at all nodes of the finest, as triangles fill them."""
+        return resample(positions, *self.finest)
+
+    def _make(self, number):
+        frame, dt = self.frame(number), self.shot.dt
+        begin = frame - round(LEAD / dt)
+        rows, columns = (self.finest[0] + 1) // 2, (self.finest[1] + 1) // 2
+        if self._middle is None or self._frame > begin:
+            self._middle, self._frame = cloth_of(self.grid(rows, columns)), 0
+        self.shot.play(self._middle, self._frame, begin)
+        self._frame = begin
+        cloth = cloth_of(self.grid(*self.finest))
+        cloth.place(self.filled(self._middle.positions), self.filled(self._middle.velocities))
+        self.shot.play(cloth, begin, frame)
+        # In single precision, as on the disk, so that a window is the same when it is read again.
+        start = [np.float32(values).astype(np.float64)
+                 for values in (cloth.positions, cloth.velocities)]
+        cloth.place(*start)
+        ends = []
+        for after in range(frame, frame + self.frames):
+            self.shot.play(cloth, after, after + 1)
+            ends.append(np.float32(cloth.positions).astype(np.float64))
+        return Window(frame, *start, np.array(ends))
+
+    def _path(self, number):
+        return self.folder / f'window{number}.npz'

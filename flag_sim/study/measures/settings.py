@@ -1,0 +1,71 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The settings of a run: {parameter: value} of all three nodes in one, and changes of them."""
+from flag_sim.dials.catalogue import PHYSICS, RENDERER, SCENE, WIND
+from flag_sim.drawing import Picture
+
+Settings = dict[str, object]
+"""{parameter: value}, of every parameter that a frame depends on."""
+
+CLOTH_SIZES = ('flag.length', 'flag.width')  # the parameters of the scene that are the cloth's
+
+
+def _defaults(declarations, but=()) -> Settings:
+    """Return {parameter: default}, lists as tuples, which cannot be changed by mistake."""
+    return {one.name: tuple(one.default) if one.is_list else one.default
+            for one in declarations if one.name not in but}
+
+
+WEATHER = {name: default for name, default in _defaults(WIND).items()
+           if name in ('rate', 'speed', 'azimuth', 'elevation') or name.startswith('gust.')}
+"""The wind node's parameters that a frame depends on."""
+
+DEFAULTS = {
+    'wind': WEATHER,
+    'physics': {**{name: _defaults(SCENE)[name] for name in CLOTH_SIZES},
+                **_defaults(PHYSICS, but=['max_gap', 'preroll'])},
+    'renderer': {**_defaults(SCENE, but=CLOTH_SIZES), **_defaults(RENDERER, but=['threads']),
+                 'drawing.threads': 1},
+}
+"""
+{node: {parameter: default}}: all that a frame depends on.
+
+Both physics and renderer have `threads`: the renderer's is `drawing.threads` here.
+"""
+
+RANGES = {one.name: (one.low, one.high) for one in WIND + PHYSICS if one.low is not None}
+"""{parameter: (least, greatest)} of the numbers of wind and physics."""
+MAX_GAP = _defaults(PHYSICS)['max_gap']
+"""Longest frame that the physics node simulates by default [s]."""
+
+
+def defaults(**changes) -> Settings:
+    """Return new settings: the defaults, changed; `__` in a name stands for a dot."""
+    changes = {name.replace('__', '.'): value for name, value in changes.items()}
+    return changed({name: value for own in DEFAULTS.values() for name, value in own.items()},
+                   changes)
+
+
+def changed(settings: Settings, changes: Settings) -> Settings:
+    """Return settings with changes; raise ValueError for an unknown parameter."""
+    unknown = sorted(set(changes) - set(settings))
+    if unknown:
+        raise ValueError(f'there is no parameter {", ".join(unknown)}')
+    return {**settings, **changes}
+
+
+def picture_of(settings: Settings) -> Picture:
+    """Return a Picture that draws with the settings' threads."""
+    return Picture(settings['drawing.threads'])

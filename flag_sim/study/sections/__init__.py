@@ -1,0 +1,53 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The sections of the report, one module each: to add one is to add a file here."""
+from collections.abc import Iterator
+import importlib
+from pathlib import Path
+import pkgutil
+from typing import Protocol
+
+from flag_sim.study.measures.summary import Rows
+from flag_sim.study.runner import Batch, Store
+
+
+class Section(Protocol):
+    """
+    What a module here has; one without a PLACE is no section, but helps some.
+
+    Columns of rows end with their unit (`rms_mm`). Every number in them but times (`_ms`) is the
+    same in every run. A module without tables to draw has no plots.
+    """
+
+    PLACE: float  # in the report; lower ones are measured first
+    NAME: str     # of its rows' file, NAME.csv
+    SHARE: float  # of the study's time, in parts of the sum of all shares
+
+    def batches(store: Store) -> Iterator[Batch]:
+        """Yield its rows, the most important first: a shorter study has the first of them."""
+
+    def text(rows: Rows) -> str:
+        """Return its Markdown text in the report, heading (##) and tables."""
+
+    def plots(rows: Rows, folder: Path) -> list[tuple[str, str]]:
+        """Draw into folder; return (file name, what to see there). Needs matplotlib."""
+
+
+def all_sections() -> list[Section]:
+    """Return the modules that are sections, by their place."""
+    modules = [importlib.import_module(f'{__name__}.{found.name}')
+               for found in pkgutil.iter_modules(__path__)]
+    return sorted((module for module in modules if hasattr(module, 'PLACE')),
+                  key=lambda module: module.PLACE)

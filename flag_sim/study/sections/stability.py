@@ -1,0 +1,237 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Maps of where each method breaks, and of what a user gets there.
+
+A map is a field of trials, from the smallest to the largest value that the parameters take. It is
+measured line by line, first coarse for every method, then finer, each time anew.
+"""
+import collections
+from collections.abc import Callable
+import functools
+import itertools
+import math
+import time
+from typing import NamedTuple
+
+from flag_sim.cloth import Material
+from flag_sim.cloth.forces import Forcing
+from flag_sim.cloth.material import Air, VACUUM
+from flag_sim.cloth.solvers import SOLVERS
+from flag_sim.cloth.stability import Stepping
+from flag_sim.study.measures import stability_trial as trial, summary
+from flag_sim.study.measures.settings import MAX_GAP, RANGES, WEATHER
+from flag_sim.study.report import table
+from flag_sim.study.runner import Batch
+from flag_sim.study.sections import stability_maps as maps
+
+PLACE, NAME, SHARE = 7, 'stability', 1.0
+
+LEVELS = 4  # of refinement; a level has FIRST * 2^level + 1 values along each axis, and zero
+FIRST = 6
+WIND = WEATHER['speed']  # of the maps without an axis for it [m/s]
+RAW_STEP = 1e-3  # of the raw map of wind against stiffness [s]
+FRAME = 1.0 / WEATHER['rate']  # of the same map through Cloth [s]
+
+DEFAULT = (Material.stiffness, Material.area_density)
+LIMPEST = (1e-3, RANGES['area_density'][1])
+STIFFEST = (RANGES['stiffness'][1], RANGES['area_density'][0])
+"""(stiffness [N/m], area density [kg/m2]): by default, and as far as they go from there."""
+
+
+class Axis(NamedTuple):
+    """An axis of a map: its label with unit, its range, and whether zero is on it too."""
+
+    label: str
+    low: float
+    high: float
+    has_zero: bool = False
+
+    def values(self, level: int) -> list[float]:
+        """Return the axis' values at a level, evenly spaced by their logarithm; zero first."""
+        count = FIRST * 2**level
+        ratio = self.high / self.low
+        values = [self.low * ratio**(i / count) for i in range(count + 1)]
+        return [0.0] * self.has_zero + values
+
+
+def light_and_stiff(ratio: float) -> Material:
+    """
+    Return a Material of stiffness over area density [m2/s2].
+
+    Both change, evenly by their logarithms, from the default to the limpest and heaviest, or to
+    the stiffest and lightest that the parameters allow.
+    """
+    if ratio == 0.0:
+        return trial.sheet(0.0)
+    default = DEFAULT[0] / DEFAULT[1]
+    end = STIFFEST if ratio >= default else LIMPEST
+    part = math.log(ratio / default) / math.log(end[0] / end[1] / default)
+    return trial.sheet(*(begin * (to / begin)**part for begin, to in zip(DEFAULT, end)))
+
+
+class Map(NamedTuple):
+    """A field of trials, of the method alone (is_raw) or through Cloth."""
+
+    name: str
+    title: str
+    is_raw: bool
+    x: Axis
+    y: Axis
+    of: Callable  # (x, y) -> a trial's material, wind speed [m/s], step or frame [s]
+    what_to_see: str
+
+    def outcome(self, solver: str, x: float, y: float) -> str:
+        """Return what becomes of the trial in one place."""
+        material, speed, dt = self.of(x, y)
+        if self.is_raw:
+            return trial.raw(solver, material, Forcing(trial.blowing(speed)), dt)
+        return trial.through_cloth(solver, material, trial.blowing(speed), dt)
+
+    def bound(self, solver: str, x: float, y: float) -> float:
+        """
+        Return how long the step or the frame may be in theory, over what it is in this place.
+
+        A frame may be as long as the steps that Cloth grants, each at step_safety of the largest.
+        """
+        material, speed, dt = self.of(x, y)
+        largest = trial.largest_step(solver, material, Air() if speed > 0.0 else VACUUM)
+        granted = 1.0 if self.is_raw else Stepping().substeps_limit * Stepping().step_safety
+        return granted * largest / dt
+
+
+RATIO = Axis('stiffness / area density [m²/s²]', LIMPEST[0] / LIMPEST[1],
+             STIFFEST[0] / STIFFEST[1], True)
+STIFFNESS = Axis('stiffness [N/m]', 1e-3, RANGES['stiffness'][1], True)
+DAMPING = Axis('damping ratio [-]', 1e-3, RANGES['damping'][1], True)
+SPEED = Axis('wind [m/s]', 0.1, RANGES['speed'][1], True)
+STEP = Axis('step [s]', 1e-9, 100.0)
+FRAME_TIME = Axis('frame time [s]', *(1.0 / rate for rate in reversed(RANGES['rate'])))
+
+
+MAPS = (
+    Map('steps', 'each method alone, in steps of a fixed length', True, RATIO, STEP,
+        lambda x, y: (light_and_stiff(x), WIND, y),
+        'Below the line symplectic, verlet and rk4 never diverge, and above it they soon do, '
+        'over 24 powers of ten; xpbd and implicit never do. Seed breaks below its line, where '
+        'cloth is limp or light, because its drag is explicit.'),
+    Map('frames', 'what a user gets: frames divided into steps',
+        False, RATIO, FRAME_TIME, lambda x, y: (light_and_stiff(x), WIND, y),
+        'Above the line the cloth is softened (blue) and stays bounded; cloth too limp to carry '
+        'itself hangs at stretch_limit (yellow). Only euler and seed lose frames (orange). The '
+        'physics node takes no frame above the dotted line by default.'),
+    Map('damping-steps', 'each method alone, damped', True, DAMPING, STEP,
+        lambda x, y: (trial.sheet(*DEFAULT, damping=x), WIND, y),
+        'From a damping ratio of about 0.1 the dashpots, not the springs, set the step, and the '
+        'measured border bends down with the line. Seed hardly bends: its dashpots are too weak '
+        'by the factor of the step.'),
+    Map('damping-frames', 'what a user gets of damped cloth',
+        False, DAMPING, FRAME_TIME, lambda x, y: (trial.sheet(*DEFAULT, damping=x), WIND, y),
+        'Overdamped cloth keeps its stiffness as long as giving up damping is enough, and stays '
+        'bounded up to the largest ratio that is taken. Xpbd, always stable, may stretch to '
+        'stretch_limit instead. Euler needs damping: without it, it has no stable step.'),
+    Map('wind-steps', f'each method alone, in steps of {1e3 * RAW_STEP:g} ms',
+        True, STIFFNESS, SPEED,
+        lambda x, y: (trial.sheet(x), y, RAW_STEP),
+        'Wind moves no border of symplectic, verlet, rk4, xpbd and implicit, whose drag is '
+        'implicit: in 200 m/s it is where it is in still air. Seed, whose drag is explicit, '
+        'diverges in strong wind however limp the cloth.'),
+    Map('wind-frames', 'what a user gets in frames of 1/30 s', False, STIFFNESS, SPEED,
+        lambda x, y: (trial.sheet(x), y, FRAME),
+        'In frames of 1/30 s every stiffness is bounded in every wind; limp cloth hangs at '
+        'stretch_limit, stiff cloth beyond the line is softened. Only seed loses frames.'),
+)
+BY_NAME = {one.name: one for one in MAPS}
+
+
+def batches(store):
+    """Measure line after line, the coarse maps of all methods first."""
+    del store
+    for level, chart, solver in itertools.product(range(LEVELS), MAPS, SOLVERS):
+        took = 0.0
+        for number, y in enumerate(chart.y.values(level)):
+            begin = time.perf_counter()
+            yield Batch(f'map {chart.name} of {solver}, level {level + 1} of {LEVELS}', {
+                f'{chart.name}/{solver}/{level}/{number}': functools.partial(
+                    _line, chart, solver, level, y)}, seconds=took)
+            took = time.perf_counter() - begin
+
+
+def _line(chart, solver, level, y):
+    cells = ''.join(maps.LETTERS[chart.outcome(solver, x, y)] for x in chart.x.values(level))
+    return {'map': chart.name, 'solver': solver, 'level': level, 'y': y, 'cells': cells}
+
+
+def finest(rows):
+    """Return {(map, solver): [row of each y]} of the finest level whose lines are all there."""
+    whole = {}
+    for (name, solver, level), lines in summary.grouped(rows, 'map', 'solver', 'level').items():
+        before = whole.get((name, solver))
+        if len(lines) == len(BY_NAME[name].y.values(level)) and (
+                before is None or before[0]['level'] < level):
+            whole[name, solver] = sorted(lines, key=lambda row: row['y'])
+    return whole
+
+
+def plots(rows, folder):
+    """Draw each map, one panel a method."""
+    drawn = []
+    for chart in MAPS:
+        panels = {solver: lines for (name, solver), lines in finest(rows).items()
+                  if name == chart.name}
+        if panels:
+            drawn.append((f'stability-{chart.name}.png', chart.what_to_see))
+            maps.draw(folder / drawn[-1][0], chart, panels,
+                      MAX_GAP if chart.y is FRAME_TIME else None)
+    return drawn
+
+
+def text(rows: list[dict]) -> str:
+    """Return the text on the maps, with the count of what became of the trials."""
+    lines = []
+    for (name, solver), own in sorted(finest(rows).items(), key=lambda item: (
+            list(BY_NAME).index(item[0][0]), list(SOLVERS).index(item[0][1]))):
+        chart = BY_NAME[name]
+        cells = [(letter, chart.bound(solver, x, row['y']) >= 1.0) for row in own
+                 for x, letter in zip(chart.x.values(row['level']), row['cells'])]
+        within = [letter for letter, is_within in cells if is_within]
+        counts = collections.Counter(letter for letter, _ in cells)
+        lines.append([name, solver, len(cells), *(counts[one] for one in maps.LETTERS.values()),
+                      f'{sum(one in maps.BROKEN for one in within)} of {len(within)}'])
+    head = ['map', 'method', 'trials', *maps.LETTERS, 'broken below the bound']
+    return TEXT + '\n\n' + table(head, lines, 'll' + 'r' * (len(head) - 2))
+
+
+TEXT = f"""## Where each method breaks
+
+A flag of {trial.COLUMNS} x {trial.ROWS} nodes is laid flat with a noise of
+{trial.NOISE:g} cells, in a wind of {WIND:g} m/s where the map has no axis for it. Axes go to
+the ends of the parameters' ranges. Along "stiffness / area density" both change, from the default
+to the limpest and heaviest cloth and to the stiffest and lightest; shear and bending go with
+stiffness.
+
+"Steps": the method alone takes {trial.STEPS} steps of a fixed length. It diverges where a node
+is not finite or {trial.FAR:g} times farther away than wind and free fall can carry it. What
+diverges grows exponentially, so that another threshold hardly moves a border; growth as slow as
+euler's undamped waves needs more steps to be seen.
+
+"Frames": what a user gets of {trial.FRAMES} frames or more, until they have {trial.STEPS}
+steps, with at most {Stepping().substeps_limit} steps a frame. Nothing diverges there: a frame
+that did is refused (Diverged), and the cloth stays where it was. The physics node adds max_gap:
+by default it simulates no frame longer than {MAX_GAP:g} s (dotted line).
+
+The line is the bound that the planner uses: below it theory promises stability (for frames: with
+{Stepping().substeps_limit} steps at a step_safety of {Stepping().step_safety:g}, so that nothing
+need be lowered). The last column counts the places below it that diverged or were refused."""
