@@ -16,9 +16,10 @@
 import functools
 
 from flag_sim import checks
+from flag_sim.cloth.collision import Limits
+from flag_sim.cloth.constraints import constrain
 from flag_sim.cloth.divergence import advice, broken_bound, Diverged
 from flag_sim.cloth.forces import Forcing, NO_POLE
-from flag_sim.cloth.holds import hold
 from flag_sim.cloth.material import Air, Material
 from flag_sim.cloth.mesh import Mesh, resample
 from flag_sim.cloth.model import Model
@@ -222,7 +223,7 @@ class Cloth:
         """
         dt = checks.finite('dt', dt, high=MAX_FRAME, above=0.0)
         wind = checks.vector('wind', wind, MAX_WIND)
-        forcing = Forcing(wind, self._gravity, self.air, self._cylinder())
+        forcing = Forcing(wind, self._gravity, self.air, self._cylinder(), self._stretch_limit)
         steps = self._planned(dt)
         self._last_good[...] = self._state.data
         try:
@@ -244,8 +245,8 @@ class Cloth:
 
     def _hold(self):
         """Bring back what is in the pole or farther from the hoist than stretch_limit allows."""
-        if self._mesh.pinned:
-            self.held = hold(self._state, self._stretch_limit, self._cylinder())
+        limits = Limits.of(self._mesh, self._cylinder(), self._stretch_limit)
+        self.held = constrain(self._state, self._spare, limits)
 
     def _cylinder(self):
         """Return the pole as Forcing has it, measured from where positions are."""

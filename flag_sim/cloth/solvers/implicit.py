@@ -15,8 +15,8 @@
 """Backward Euler: every force as it will be at the step's end, so that no step is too long."""
 import math
 
+from flag_sim.cloth.collision import collide
 from flag_sim.cloth.forces import set_forces
-from flag_sim.cloth.holds import hold_outside
 from flag_sim.cloth.solvers.conjugate import dot, norm2, solve
 from flag_sim.cloth.solvers.matrix import FIELDS, Matrix, multiply, set_faces, set_springs
 from flag_sim.cloth.solvers.solver import Solver
@@ -123,7 +123,7 @@ def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inve
         _lose_energy(velocity, velocity_out, matrix, mass, weights, coefficients, work, residual,
                      product, dt, span)
         _move(position, velocity_out, dt, position_out, span)
-        hold_outside(position_out, velocity_out, inverse_mass, coefficients.pole, span)
+        collide(position, position_out, velocity_out, coefficients.limits, work.room, span)
         position, position_out = position_out, position
         velocity, velocity_out = velocity_out, velocity
 

@@ -15,8 +15,8 @@
 """Extended position-based dynamics in small steps: constraints are met line after line."""
 import math
 
+from flag_sim.cloth.collision import collide
 from flag_sim.cloth.forces import Coefficients, set_forces
-from flag_sim.cloth.holds import hold_outside
 from flag_sim.cloth.mesh import LEAST_LENGTH2, ONE
 from flag_sim.cloth.solvers.plate import factor_plate, meet_plate, Plate
 from flag_sim.cloth.solvers.solver import Solver
@@ -157,7 +157,7 @@ def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inve
     # order 1, a wind that only holds the cloth up, and changes no velocity, would be too weak.
     outside = Coefficients(none, none, rest, none, coefficients.gravity, coefficients.drag,
                            coefficients.drag_rate, coefficients.law, 2, coefficients.node_damping,
-                           coefficients.pole)
+                           coefficients.limits)
     is_plate = max(coefficients.bend) > 0.0
     if is_plate:
         factor_plate(inverse_mass, weights, coefficients.bend, dt, plate, span)
@@ -168,7 +168,7 @@ def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inve
             meet_plate(position_out, inverse_mass, weights, coefficients.bend, dt, plate, span)
         _meet_springs(position, position_out, inverse_mass, weights, k, c, rest, dt, lines, span)
         _set_velocity(position, position_out, velocity_out, dt, span)
-        hold_outside(position_out, velocity_out, inverse_mass, coefficients.pole, span)
+        collide(position, position_out, velocity_out, coefficients.limits, work.room, span)
         position, position_out = position_out, position
         velocity, velocity_out = velocity_out, velocity
 
