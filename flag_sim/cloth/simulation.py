@@ -21,9 +21,10 @@ from flag_sim.cloth.constraints import constrain
 from flag_sim.cloth.divergence import advice, broken_bound, Diverged
 from flag_sim.cloth.forces import Forcing, NO_POLE
 from flag_sim.cloth.material import Air, Material
-from flag_sim.cloth.mesh import Mesh, resample
+from flag_sim.cloth.mesh import Mesh
 from flag_sim.cloth.model import Model
 from flag_sim.cloth.normals import node_normals
+from flag_sim.cloth.resampling import carry_over
 from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.cloth.stability import damping_bound, frequency_bound, plan, Stepping
 from flag_sim.cloth.state import State
@@ -207,11 +208,12 @@ class Cloth:
         self.reset()
 
     def regrid(self, rows, columns):
-        """Change the grid while the motion goes on; new nodes take their place among the old."""
+        """Change the grid while the motion goes on, with its strain and momentum (resampling)."""
         old = self._mesh
         mesh = Mesh(rows, columns, old.length, old.width, old.pinned, old.precision)
-        positions = resample(self.positions, mesh.rows, mesh.columns)
-        velocities = resample(self.velocities, mesh.rows, mesh.columns)
+        positions, velocities = carry_over(
+            Model(old, self._material), self.positions, self.velocities,
+            Model(mesh, self._material), self._hoist_top)
         self._put_on(mesh, self._hoist_top)
         self.place(positions, velocities)
 
