@@ -237,22 +237,25 @@ def _hold(position, position_out, velocity, limits, i, hoist, stride):
                                  (new[0] - center_x, new[1] - center_y), (v[0], v[1]),
                                  planes, radius, limits.rounding)
         new = center_x + px, center_y + py, new[2]
-        new, v = bring_back(_shortened(old, new, start, longest), (ux, uy, v[2]), start, longest)
+        new = _shortened(old, new, start, longest, limits.rounding)
+        new, v = bring_back(new, (ux, uy, v[2]), start, longest)
     x_out[i], y_out[i], z_out[i] = new
     vx[i], vy[i], vz[i] = v
 
 
 @inner_kernel
-def _shortened(old, new, start, longest):
+def _shortened(old, new, start, longest, rounding):
     """Return the last point on the way from old to new that is in reach, if old is; or new."""
     ax, ay, az = old[0] - start[0], old[1] - start[1], old[2] - start[2]
     bx, by, bz = new[0] - start[0], new[1] - start[1], new[2] - start[2]
     room = longest * longest - (ax * ax + ay * ay + az * az)
-    if bx * bx + by * by + bz * bz <= longest * longest or room < type(room)(0.0):
-        return new
+    zero = type(room)(0.0)
     dx, dy, dz = new[0] - old[0], new[1] - old[1], new[2] - old[2]
     along, way2 = ax * dx + ay * dy + az * dz, dx * dx + dy * dy + dz * dz
-    part = (math.sqrt(along * along + way2 * room) - along) / way2
+    if (bx * bx + by * by + bz * bz <= longest * longest or way2 == zero
+            or room < -longest * (rounding + rounding)):
+        return new
+    part = (math.sqrt(along * along + way2 * max(room, zero)) - along) / way2
     return old[0] + part * dx, old[1] + part * dy, old[2] + part * dz
 
 

@@ -23,11 +23,11 @@ from flag_sim.cloth.energy import bending_energy, elastic_energy
 from flag_sim.cloth.mesh import resample
 import numpy as np
 
-ROUNDS = 400
-"""Of the search for positions; on the coarsest grid in folds some 200 are enough."""
+ROUNDS = 800
+"""Of the search for positions, at most: what the deepest folds on the coarsest grids need."""
 EVERY = 10
 """Rounds between two looks at the energy, which costs as much as a round."""
-MOMENTUM = 0.9
+MOMENTUM = 0.985
 """What a round keeps of the last one's way (Polyak's heavy ball)."""
 
 
@@ -98,21 +98,34 @@ def _relaxed(old, positions, new):
         return at
     springs = _springs(new, _strain(old, positions))
     moves = mesh.grid(mesh.free).copy()
-    moves[[0, 0, -1, -1], [0, -1, 0, -1]] = 0.0
-    load = sum(_spread(ends, np.broadcast_to(stiff[..., None], length.shape + (1,)), 1.0,
-                       moves.shape + (1,)) for ends, stiff, length in springs)
-    part = moves[..., None] / np.where(load > 0.0, load, 1.0)
+    for corner in (0.0, 1.0):  # they stay where that is enough
+        moves[[0, 0, -1, -1], [0, -1, 0, -1]] *= corner
+        found, energy = _stretched(new, at, springs, moves, most)
+        if energy < least:
+            best, least = found, energy
+        if least <= most:
+            break
+        moves = mesh.grid(mesh.free).copy()
+    return best
+
+
+def _stretched(model, at, springs, moves, enough):
+    """Return (positions, energy) near the ones at, of the least energy or of enough [J]."""
+    load = sum(_spread(ends, stiff * np.ones_like(length), 1.0, moves.shape)
+               for ends, stiff, length in springs)
+    part = (moves / np.where(load > 0.0, load, 1.0))[..., None]
+    best, least = at, np.inf
     way = np.zeros_like(at)
     for number in range(1, ROUNDS + 1):
         way = MOMENTUM * way + part * sum(_pull(at, *spring) for spring in springs)
         at = at + way
         if number % EVERY == 0:
-            energy = _energy(new, at)
+            energy = _energy(model, at)
             if energy < least:
                 best, least = at, energy
-            if least <= most:
+            if least <= enough:
                 break
-    return best
+    return best, least
 
 
 def _strain(model, positions):
