@@ -16,7 +16,7 @@
 import platform
 import re
 
-from flag_sim.cloth import bending, holds, Material, springs, wind
+from flag_sim.cloth import bending, collision, Material, springs, wind
 from flag_sim.cloth.forces import Forcing, Work
 from flag_sim.cloth.mesh import Mesh, PRECISIONS
 from flag_sim.cloth.model import Model
@@ -62,7 +62,8 @@ def loops(precision):
         (xpbd._set_velocity, x, x_out, v, one),
         (plate._move, x, w, span[2], a),
         (plate._set_twists, x, weights.cell, one, a),
-        (plate._move_twisted, x, w, a)]
+        (plate._move_twisted, x, w, a),
+        (collision._set_room, x, x_out, weights.cell, vector, work.room)]
     return named(calls, span)
 
 
@@ -77,7 +78,6 @@ def scalar_loops(precision):
     lines, ahead = tuple(mesh.fields(5)), span[2]
     filled = matrix.Matrix.of(tuple(mesh.fields(matrix.FIELDS)))
     calls = [
-        (holds.hold_outside, x, v, w, vector),
         (xpbd._set_lines, x, x_out, weights.down, one, one, one, ahead, ahead, lines),
         (xpbd._solve_lines, w, weights.down, one, ahead, ahead, ahead, lines),
         (xpbd._move_lines, x, w, ahead, ahead, lines),

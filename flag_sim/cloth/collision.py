@@ -255,7 +255,7 @@ def _shortened(old, new, start, longest, rounding):
     if (bx * bx + by * by + bz * bz <= longest * longest or way2 == zero
             or room < -longest * (rounding + rounding)):
         return new
-    part = (math.sqrt(along * along + way2 * max(room, zero)) - along) / way2
+    part = min((math.sqrt(along * along + way2 * max(room, zero)) - along) / way2, type(room)(1.0))
     return old[0] + part * dx, old[1] + part * dy, old[2] + part * dz
 
 

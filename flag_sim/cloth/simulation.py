@@ -14,6 +14,7 @@
 
 """The cloth as its users meet it: dials on the outside, a state inside, frame by frame."""
 import functools
+import math
 
 from flag_sim import checks
 from flag_sim.cloth.collision import Limits
@@ -48,7 +49,8 @@ class Cloth:
     is held, (x, y, z) [m]. pinned: whether the hoist is held at all.
     stretch_limit: no node of a pinned cloth ends a frame farther from the beginning of its row
     than 1 + stretch_limit times its distance at rest; held: how many nodes that held back in the
-    last frame. pole: an upright cylinder (x, y, radius) [m] that the cloth stays out of.
+    last frame. pole: an upright cylinder (x, y, radius) [m] that no edge and no face of the cloth
+    passes through, however thin it is; the hoist is on its surface or outside.
     precision: of the numbers inside, float64 or float32; what is given out is float64.
     threads: how many share the steps, 0 chooses by measuring the first frames; the result is the
     same to the bit. With xpbd, whose steps go from line to line, and implicit it is one.
@@ -68,11 +70,12 @@ class Cloth:
         self.air = air or Air()
         self.gravity = gravity
         self.stepping = stepping or Stepping()
-        self.pole = pole
+        self._pole = None
         self.held = 0
         self._crew = Crew(checks.whole('threads', threads, 0, MAX_THREADS))
         self._solver_name = checks.choice('solver', solver, SOLVERS)
         self._put_on(Mesh(rows, columns, length, width, pinned, precision), hoist_top)
+        self.pole = pole
         self.reset()
         self._stretch_limit = None
         self.stretch_limit = stretch_limit
@@ -152,6 +155,8 @@ class Cloth:
         if pole is not None:
             pole = checks.vector('pole', pole, MAX_HOIST)
             checks.finite('radius of the pole', pole[2], above=0.0)
+            if self._mesh.pinned:
+                _require_outside(pole, self._hoist_top)
         self._pole = pole
 
     @property
@@ -204,6 +209,8 @@ class Cloth:
         hoist_top = checks.vector('hoist_top', hoist_top, MAX_HOIST)
         old = self._mesh
         mesh = Mesh(old.rows, old.columns, length, width, old.pinned, old.precision)
+        if mesh.pinned and self._pole is not None:
+            _require_outside(self._pole, hoist_top)
         self._put_on(mesh, hoist_top)
         self.reset()
 
@@ -216,6 +223,7 @@ class Cloth:
             Model(mesh, self._material), self._hoist_top)
         self._put_on(mesh, self._hoist_top)
         self.place(positions, velocities)
+        self._hold()
 
     def advance(self, dt, wind=(0.0, 0.0, 0.0)):
         """
@@ -292,3 +300,12 @@ class Cloth:
         solver = SOLVERS[solver_name](model)
         self._mesh, self._material, self._solver_name = mesh, material, solver_name
         self._bounds, self._solver = bounds, solver
+
+
+def _require_outside(pole, hoist_top):
+    """Raise ValueError for a hoist inside the pole: cloth could leave it only through its side."""
+    x, y, radius = pole
+    distance = math.hypot(hoist_top[0] - x, hoist_top[1] - y)
+    if distance < radius * (1.0 - 1e-9):
+        raise ValueError(f'the hoist must not be inside the pole: it is {distance:g} m from the '
+                         f'axis, whose radius is {radius:g} m')

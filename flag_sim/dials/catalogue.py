@@ -92,7 +92,7 @@ PHYSICS = (
          0.0, 1e6),
     Dial('precision', 'float64', 'of the numbers inside; float32 is twice as fast, to 0.1 mm',
          choices=('float64', 'float32')),
-    Dial('pole_collision', False, 'keep the cloth out of the pole'),
+    Dial('pole_collision', True, 'keep the cloth out of the pole'),
     Dial('max_gap', 1.0, 'longest time between frames that is simulated', 's', 0.0, 3600.0),
     Dial('threads', 1, 'threads that step; 0: as many as the first frames show to be worth it',
          '', 0, 64, fixed=True),

@@ -119,6 +119,7 @@ class Physics(FrameServer):
         """Bring the cloth to this frame's values; only another size starts it anew."""
         before, self._applied = self._applied, values
         if hang_of(values) != hang_of(before):
+            self._cloth.pole = None  # the hoist may be where the old one stood
             self._cloth.hang(*hang_of(values))
         grid = values['grid.rows'], values['grid.columns']
         if grid != (before['grid.rows'], before['grid.columns']):
