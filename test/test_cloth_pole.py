@@ -51,7 +51,7 @@ def test_a_frame_does_not_carry_cloth_through_the_pole(solver):
     assert nearest(cloth.positions) >= 0.5 * (1.0 - 1e-12)
 
 
-@pytest.mark.parametrize('precision, speed', zip(PRECISIONS, (8.0, 40.0)))
+@pytest.mark.parametrize('precision, speed', list(zip(PRECISIONS, (8.0, 40.0))))
 @pytest.mark.parametrize('solver', SOLVERS)
 def test_no_edge_of_a_coarse_flag_goes_through_its_pole(solver, precision, speed):
     """Its nodes are four radii apart; seed, whose drag is explicit, may refuse frames in storm."""

@@ -36,7 +36,7 @@ class Forcing(NamedTuple):
     gravity: float = 9.81          # [m/s2], along -z
     air: Air = Air()
     pole: tuple = NO_POLE          # as x, y and radius of a cylinder; measured as positions [m]
-    stretch_limit: float = math.inf  # of the way from the hoist to a node; with a pole in each step
+    stretch_limit: float = math.inf  # of a node's way from the hoist; held in steps with a pole
 
 
 class Coefficients(NamedTuple):

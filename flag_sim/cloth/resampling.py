@@ -35,7 +35,8 @@ def carry_over(old, positions, velocities, new, origin):
     """
     Return (positions, velocities) (rows, columns, 3) [m], [m/s] on another grid.
 
-    old, new: models of one material. Edges stay edges and the corners where they are. The energy
+    old, new: models of one material. Edges stay edges, and the corners stay where they are unless
+    the grid is too coarse to keep the cloth between them without pressing it together. The energy
     of springs and bending is no greater than it was, or as near to that as the grid comes. Linear
     momentum and that about the origin (3,), where the hoist is [m], are kept where nodes but
     corners are free.
@@ -132,7 +133,7 @@ def _strain(model, positions):
     """
     Return Green's strain (rows - 1, columns - 1, 3) of the cells: along rows, columns, and shear.
 
-    From the lengths of a cell's springs, not from the way between its corners: a fold is no strain.
+    From the lengths of a cell's springs, so that a fold is no strain.
     """
     mesh, p = model.mesh, positions
     across, down, falling, rising = (
