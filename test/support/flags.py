@@ -24,7 +24,7 @@ def wave(rows=21, columns=31, phase=0.0):
 
 
 def nearest(positions):
-    """Return how near cloth (rows, columns, 3) comes to the z axis, with all edges of faces [m]."""
+    """Return how near edges of faces of cloth (rows, columns, 3) come to the z axis [m]."""
     flat = positions[..., :2]
     a, b, c, d = flat[:-1, :-1], flat[:-1, 1:], flat[1:, :-1], flat[1:, 1:]
     first = np.stack([a, c, a, b, a, b]).reshape(-1, 2)
