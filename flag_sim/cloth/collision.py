@@ -135,7 +135,7 @@ def _row(limits, row, span):
     return hoist, max(first, hoist), min(last, hoist + limits.columns)
 
 
-@kernel
+@inner_kernel
 def _planes_of(position, i, way, limits, stride):
     """
     Return (number, planes) of the cells around node i that a way of that length [m] may matter to.
@@ -178,8 +178,6 @@ def _beyond(old, new, velocity, planes, radius, rounding):
     """
     number = type(radius)
     (ox, oy), (px, py), (vx, vy) = old, new, velocity
-    if is_beyond(px, py, planes, radius):
-        return px, py, vx, vy
     found, x, y = project(px, py, planes, radius, rounding)
     depth = number(0.0)
     for nx, ny in planes:
@@ -219,7 +217,7 @@ def _touched(x, y, planes, radius):
     return a, b, c, d
 
 
-@kernel
+@inner_kernel
 def _hold(position, position_out, velocity, limits, i, hoist, stride):
     """Put node i of the row that begins at the node hoist where it may be."""
     x, y, z = position
@@ -232,7 +230,7 @@ def _hold(position, position_out, velocity, limits, i, hoist, stride):
     new, v = bring_back((x_out[i], y_out[i], z_out[i]), (vx[i], vy[i], vz[i]), start, longest)
     way = math.sqrt((new[0] - old[0])**2 + (new[1] - old[1])**2 + (new[2] - old[2])**2)
     found, planes = _planes_of(position, i, way, limits, stride)
-    if found > 0:
+    if found > 0 and not is_beyond(new[0] - center_x, new[1] - center_y, planes, radius):
         px, py, ux, uy = _beyond((old[0] - center_x, old[1] - center_y),
                                  (new[0] - center_x, new[1] - center_y), (v[0], v[1]),
                                  planes, radius, limits.rounding)

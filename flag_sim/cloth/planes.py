@@ -89,7 +89,7 @@ def _beside_pin(nx, ny, px, py, radius):
     return cosine * px - sine * py, cosine * py + sine * px
 
 
-@kernel
+@inner_kernel
 def cell_plane(position, corner, stride, free, pole):
     """
     Return the unit normal (x, y) of the tangent that parts the cell of a corner from the pole.
@@ -103,17 +103,19 @@ def cell_plane(position, corner, stride, free, pole):
     k, m = i + stride, j + stride
     ax, bx, cx, dx = x[i] - center_x, x[j] - center_x, x[k] - center_x, x[m] - center_x
     ay, by, cy, dy = y[i] - center_y, y[j] - center_y, y[k] - center_y, y[m] - center_y
-    px, py, least = ax, ay, ax * ax + ay * ay
-    for qx, qy in ((bx, by), (cx, cy), (dx, dy)):
+    px, py, least, nearest = ax, ay, ax * ax + ay * ay, i
+    for qx, qy, node in ((bx, by, j), (cx, cy, k), (dx, dy, m)):
         distance2 = qx * qx + qy * qy
         if distance2 < least:
-            px, py, least = qx, qy, distance2
+            px, py, least, nearest = qx, qy, distance2, node
     ahead = min(min(px * ax + py * ay, px * bx + py * by),
                 min(px * cx + py * cy, px * dx + py * dy))
     if ahead >= least > type(least)(0.0):
         # The nearest of the hull is a node: the usual case, and the cheapest.
         scale = type(least)(1.0) / math.sqrt(least)
         nx, ny = px * scale, py * scale
+        if least >= radius * radius or not free[nearest] > 0.0:
+            return nx, ny
     else:
         nx, ny = _nearest_side(ax, ay, bx, by, cx, cy, dx, dy)
     for node, px, py in ((i, ax, ay), (j, bx, by), (k, cx, cy), (m, dx, dy)):
