@@ -63,7 +63,7 @@ def loops(precision):
         (plate._move, x, w, span[2], a),
         (plate._set_twists, x, weights.cell, one, a),
         (plate._move_twisted, x, w, a),
-        (collision._set_room, x, x_out, weights.cell, vector, work.room)]
+        (collision._set_room, x, x_out, weights.cell, vector, work.contact)]
     return named(calls, span)
 
 

@@ -65,13 +65,27 @@ class Limits(NamedTuple):
                    mesh.weights.cell, mesh.free, np.uint64(mesh.columns), np.uint64(mesh.first))
 
 
+class Contact(NamedTuple):
+    """Flat fields (mesh.size,) that a step's contact with the pole is worked out in."""
+
+    room: np.ndarray      # how much farther a node could go before the pole matters [m]
+    normal_x: np.ndarray  # of the plane of the cell whose upper hoist corner is the node, or zero
+    normal_y: np.ndarray
+
+    @classmethod
+    def of(cls, mesh):
+        """Return the fields of a mesh."""
+        return cls(*mesh.fields(3))
+
+
 @wide_kernel
-def _set_room(position, position_out, cell, pole, room, span):
+def _set_room(position, position_out, cell, pole, contact, span):
     """
     Set how much farther each node could have gone before any of its cells met the pole [m].
 
-    Where that is negative, the node has to be looked at more closely.
+    Where that is negative, the node has to be looked at more closely. Forgets all planes.
     """
+    room, normal_x, normal_y = contact
     center_x, center_y, radius = pole
     x, y, z = position
     x_out, y_out, z_out = position_out
@@ -95,11 +109,12 @@ def _set_room(position, position_out, cell, pole, room, span):
                       min(sw + (one - cell[i - ONE]) * far, se + (one - cell[i]) * far))
         dx, dy, dz = x_out[i] - x[i], y_out[i] - y[i], z_out[i] - z[i]
         room[i] = nearest - more * math.sqrt(dx * dx + dy * dy + dz * dz)
+        normal_x[i] = normal_y[i] = number(0.0)
 
 
 @kernel
 def _find_far(position_out, limits, room, span):
-    """Take all room from nodes that are about as far as the cloth reaches, or farther."""
+    """Set room to -inf at nodes that are about as far as the cloth reaches, or farther."""
     x, y, z = position_out
     number = type(limits.reach)
     reach2 = limits.reach * limits.reach * number(1.0 - CAUTION)
@@ -116,7 +131,7 @@ def _find_far(position_out, limits, room, span):
                 dx, dy, dz = x[i] - hx, y[i] - hy, z[i] - hz
                 column = number(np.int64(i - hoist))
                 if dx * dx + dy * dy + dz * dz > reach2 * column * column:
-                    room[i] = number(-1.0)
+                    room[i] = number(-math.inf)
 
 
 @inner_kernel
@@ -136,35 +151,53 @@ def _row(limits, row, span):
 
 
 @inner_kernel
-def _planes_of(position, i, way, limits, stride):
+def _plane(position, corner, limits, contact, span):
     """
-    Return (number, planes) of the cells around node i that a way of that length [m] may matter to.
+    Return the unit normal of the plane of a corner's cell, which is found once in a step.
 
-    A plane stands for itself and for those of the four that there are not.
+    Cells of the band before are not this one's to note, and are found anew.
     """
-    center_x, center_y, radius = limits.pole
-    x, y, _ = position
-    none = type(radius)(0.0)
-    found = 0
-    plane = (none, none)
+    first, _, stride = span
+    zero = type(limits.rounding)(0.0)
+    if corner < first:
+        return cell_plane(position, corner, stride, limits.free, limits.pole)
+    nx, ny = contact.normal_x[corner], contact.normal_y[corner]
+    if nx == zero and ny == zero:
+        nx, ny = cell_plane(position, corner, stride, limits.free, limits.pole)
+        contact.normal_x[corner], contact.normal_y[corner] = nx, ny
+    return nx, ny
+
+
+@inner_kernel
+def _planes_of(position, i, limits, contact, span):
+    """Return the planes of the cells around node i; one also for each that there is not."""
+    n, zero = i - span[2], type(limits.rounding)(0.0)
+    plane = (zero, zero)
+    for corner in (n - ONE, n, i - ONE, i):
+        if limits.cell[corner] > zero:
+            plane = _plane(position, corner, limits, contact, span)
     a, b, c, d = plane, plane, plane, plane
-    for corner in (i - stride - ONE, i - stride, i - ONE, i):
-        if limits.cell[corner] > none:
-            j, k, m = corner + ONE, corner + stride, corner + stride + ONE
-            if separation(x[corner] - center_x, x[j] - center_x, x[k] - center_x,
-                          x[m] - center_x, y[corner] - center_y, y[j] - center_y,
-                          y[k] - center_y, y[m] - center_y, radius) <= way:
-                plane = cell_plane(position, corner, stride, limits.free, limits.pole)
-                if found == 0:
-                    a, b, c, d = plane, plane, plane, plane
-                elif found == 1:
-                    b = plane
-                elif found == 2:
-                    c = plane
-                else:
-                    d = plane
-                found += 1
-    return found, (a, b, c, d)
+    if limits.cell[n - ONE] > zero:
+        a = _plane(position, n - ONE, limits, contact, span)
+    if limits.cell[n] > zero:
+        b = _plane(position, n, limits, contact, span)
+    if limits.cell[i - ONE] > zero:
+        c = _plane(position, i - ONE, limits, contact, span)
+    if limits.cell[i] > zero:
+        d = _plane(position, i, limits, contact, span)
+    return a, b, c, d
+
+
+@inner_kernel
+def _ahead(position, x, y, i, limits, contact, span):
+    """Return how far beyond the last of the planes of the cells around node i a place is [m]."""
+    n, number = i - span[2], type(limits.rounding)
+    least = number(FAR)
+    for corner in (n - ONE, n, i - ONE, i):
+        if limits.cell[corner] > number(0.0):
+            nx, ny = _plane(position, corner, limits, contact, span)
+            least = min(least, nx * x + ny * y)
+    return least - limits.pole[2]
 
 
 @kernel
@@ -217,8 +250,8 @@ def _touched(x, y, planes, radius):
     return a, b, c, d
 
 
-@inner_kernel
-def _hold(position, position_out, velocity, limits, i, hoist, stride):
+@kernel
+def _hold(position, position_out, velocity, limits, contact, i, hoist, span):
     """Put node i of the row that begins at the node hoist where it may be."""
     x, y, z = position
     x_out, y_out, z_out = position_out
@@ -228,9 +261,8 @@ def _hold(position, position_out, velocity, limits, i, hoist, stride):
     start = x[hoist], y[hoist], z[hoist]
     old = x[i], y[i], z[i]
     new, v = bring_back((x_out[i], y_out[i], z_out[i]), (vx[i], vy[i], vz[i]), start, longest)
-    way = math.sqrt((new[0] - old[0])**2 + (new[1] - old[1])**2 + (new[2] - old[2])**2)
-    found, planes = _planes_of(position, i, way, limits, stride)
-    if found > 0 and not is_beyond(new[0] - center_x, new[1] - center_y, planes, radius):
+    planes = _planes_of(position, i, limits, contact, span)
+    if not is_beyond(new[0] - center_x, new[1] - center_y, planes, radius):
         px, py, ux, uy = _beyond((old[0] - center_x, old[1] - center_y),
                                  (new[0] - center_x, new[1] - center_y), (v[0], v[1]),
                                  planes, radius, limits.rounding)
@@ -258,20 +290,36 @@ def _shortened(old, new, start, longest, rounding):
 
 
 @kernel
-def collide(position, position_out, velocity, limits, room, span):
+def _hold_near(position, position_out, velocity, limits, contact, span):
+    """Look at all nodes that have no room, and put those that need it where they may be."""
+    room, zero = contact.room, type(limits.rounding)(0.0)
+    center_x, center_y, _ = limits.pole
+    x_out, y_out, _ = position_out
+    for row in range(*_rows(limits, span)):
+        hoist, begin, end = _row(limits, row, span)
+        near = 0
+        for i in range(begin, end):
+            near += room[i] < zero
+        if near > 0:
+            for i in range(begin, end):
+                if (room[i] < zero and limits.free[i] > zero and
+                        (room[i] == -math.inf or
+                         _ahead(position, x_out[i] - center_x, y_out[i] - center_y, i, limits,
+                                contact, span) < zero)):
+                    _hold(position, position_out, velocity, limits, contact, i, hoist, span)
+
+
+@kernel
+def collide(position, position_out, velocity, limits, contact, span):
     """
     Put every node that a step has taken from position to position_out where it may be.
 
-    Changes position_out and velocity, of nodes of span alone; reads position, of all. room: a flat
-    field (mesh.size,) to work in. Where there is no pole, nothing is done.
+    Changes position_out and velocity, of nodes of span alone; reads position, of all. contact: to
+    work in. Where there is no pole, nothing is done.
     """
     if not limits.pole[2] > 0.0:
         return
-    _set_room(position, position_out, limits.cell, limits.pole, room, span)
+    _set_room(position, position_out, limits.cell, limits.pole, contact, span)
     if limits.reach < math.inf:
-        _find_far(position_out, limits, room, span)
-    for row in range(*_rows(limits, span)):
-        hoist, begin, end = _row(limits, row, span)
-        for i in range(begin, end):
-            if room[i] < 0.0 and limits.free[i] > 0.0:
-                _hold(position, position_out, velocity, limits, i, hoist, span[2])
+        _find_far(position_out, limits, contact.room, span)
+    _hold_near(position, position_out, velocity, limits, contact, span)

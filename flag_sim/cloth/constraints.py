@@ -19,7 +19,7 @@ Methods see to the pole in every step, and then to both together (see collision)
 seen to between frames, also where somebody else has put the cloth, or changed what it may do.
 """
 from flag_sim.cloth.attachment import attach
-from flag_sim.cloth.collision import collide
+from flag_sim.cloth.collision import collide, Contact
 import numpy as np
 
 SWEEPS = 20
@@ -34,10 +34,10 @@ def constrain(state, spare, limits):
     """
     span = state.mesh.span
     if limits.pole[2] > 0.0:
-        room = state.mesh.fields(1)[0]
+        contact = Contact.of(state.mesh)
         for _ in range(SWEEPS):
             spare.data[:3] = state.data[:3]
-            collide(state.position, spare.position, state.velocity, limits, room, span)
+            collide(state.position, spare.position, state.velocity, limits, contact, span)
             if np.array_equal(spare.data[:3], state.data[:3]):
                 break
             state.data[:3] = spare.data[:3]

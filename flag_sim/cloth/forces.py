@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 from flag_sim.cloth.barrier import new_barrier, wait
 from flag_sim.cloth.bending import add_moments, set_moments
-from flag_sim.cloth.collision import Limits
+from flag_sim.cloth.collision import Contact, Limits
 from flag_sim.cloth.material import Air
 from flag_sim.cloth.springs import damped_tensions, elastic_tensions, sum_tensions
 from flag_sim.cloth.wind import add_faces, wind_on_faces
@@ -62,7 +62,7 @@ class Work(NamedTuple):
     tensions: tuple  # across, down, rising, falling [N/m]
     moments: tuple   # across, down, twist [N], for each axis
     faces: tuple     # x, y, z of half the force on upper, then on lower faces [N]
-    room: np.ndarray  # how much farther each node may go before the pole matters [m]
+    contact: Contact  # with the pole
     barrier: np.ndarray  # of the threads that share the steps
 
     @classmethod
@@ -72,7 +72,7 @@ class Work(NamedTuple):
             return tuple(mesh.fields(count))
 
         return cls(arrays(3), arrays(4), (arrays(3), arrays(3), arrays(3)), arrays(6),
-                   *arrays(1), new_barrier(1))
+                   Contact.of(mesh), new_barrier(1))
 
 
 @shared_kernel

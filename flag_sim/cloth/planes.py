@@ -19,9 +19,7 @@ A cell is the hull of its four nodes: its edges, its diagonals and the faces tha
 in it. Seen from above, the upright pole is a disc, and a cell that is outside of it lies wholly
 beyond one of the disc's tangents: the one at right angles to the shortest way from the pole's
 axis to the hull. Whatever each of its nodes does beyond that tangent, the cell does not come into
-the pole, at no moment of a straight way. (Separating planes, kept for a step: the truncation of
-displacements by half-spaces in Chen et al., Offset Geometric Contact, 2025, and conservative
-advancement before it.)
+the pole, at no moment of a straight way.
 """
 import math
 
@@ -37,39 +35,48 @@ def separation(x0, x1, x2, x3, y0, y1, y2, y3, radius):
 
 
 @inner_kernel
-def _nearest(ax, ay, bx, by):
-    """Return (squared distance, direction x, y) from the origin to a segment from a to b."""
+def _pass(ax, ay, bx, by, best, length2, side_x, side_y):
+    """
+    Return (best, length2, side x, y), of the line from a to b if that passes the origin nearer.
+
+    best / length2: the least squared distance so far [m2], of a side (x, y) [m] that goes around
+    the origin counter-clockwise and is as long as the root of length2. No root, no division.
+    """
     ux, uy = bx - ax, by - ay
-    length2 = ux * ux + uy * uy
-    zero, one = type(ax)(0.0), type(ax)(1.0)
+    squared = ux * ux + uy * uy
     along = -(ax * ux + ay * uy)
-    if zero < along < length2 and length2 > type(ax)(LEAST_LENGTH2):
-        # At right angles to the segment: exact where it passes close by.
-        scale = one / math.sqrt(length2)
-        nx, ny = -uy * scale, ux * scale
-        distance = nx * ax + ny * ay
-        if distance < zero:
-            nx, ny, distance = -nx, -ny, -distance
-        return distance * distance, nx, ny
-    if along > zero:
-        ax, ay = bx, by
-    distance2 = ax * ax + ay * ay
-    if distance2 > zero:
-        scale = one / math.sqrt(distance2)
-        return distance2, ax * scale, ay * scale
-    return distance2, one, zero
+    cross = ux * ay - uy * ax
+    if (type(ax)(0.0) < along < squared and squared > type(ax)(LEAST_LENGTH2)
+            and cross * cross * length2 < best * squared):
+        if cross < type(ax)(0.0):
+            ux, uy = -ux, -uy
+        return cross * cross, squared, ux, uy
+    return best, length2, side_x, side_y
 
 
 @kernel
-def _nearest_side(ax, ay, bx, by, cx, cy, dx, dy):
-    """Return the direction from the origin to the nearest side or diagonal of a cell's corners."""
-    best, nx, ny = _nearest(ax, ay, bx, by)
-    for px, py, qx, qy in ((cx, cy, dx, dy), (ax, ay, cx, cy), (bx, by, dx, dy),
-                           (ax, ay, dx, dy), (bx, by, cx, cy)):
-        distance2, ox, oy = _nearest(px, py, qx, qy)
-        if distance2 < best:
-            best, nx, ny = distance2, ox, oy
-    return nx, ny
+def _nearest_side(ax, ay, bx, by, cx, cy, dx, dy, px, py):
+    """
+    Return the direction from the origin to the nearest side or diagonal of a cell's corners.
+
+    p: the nearest of the corners.
+    """
+    zero, one = type(ax)(0.0), type(ax)(1.0)
+    least = px * px + py * py
+    best, length2, ux, uy = _pass(ax, ay, bx, by, least, one, zero, zero)
+    best, length2, ux, uy = _pass(cx, cy, dx, dy, best, length2, ux, uy)
+    best, length2, ux, uy = _pass(ax, ay, cx, cy, best, length2, ux, uy)
+    best, length2, ux, uy = _pass(bx, by, dx, dy, best, length2, ux, uy)
+    best, length2, ux, uy = _pass(ax, ay, dx, dy, best, length2, ux, uy)
+    best, length2, ux, uy = _pass(bx, by, cx, cy, best, length2, ux, uy)
+    if ux != zero or uy != zero:
+        # At right angles to the side: exact where it passes close by.
+        scale = one / math.sqrt(length2)
+        return -uy * scale, ux * scale
+    if least > zero:
+        scale = one / math.sqrt(least)
+        return px * scale, py * scale
+    return one, zero
 
 
 @inner_kernel
@@ -117,7 +124,7 @@ def cell_plane(position, corner, stride, free, pole):
         if least >= radius * radius or not free[nearest] > 0.0:
             return nx, ny
     else:
-        nx, ny = _nearest_side(ax, ay, bx, by, cx, cy, dx, dy)
+        nx, ny = _nearest_side(ax, ay, bx, by, cx, cy, dx, dy, px, py)
     for node, px, py in ((i, ax, ay), (j, bx, by), (k, cx, cy), (m, dx, dy)):
         if not free[node] > 0.0:
             nx, ny = _beside_pin(nx, ny, px, py, radius)

@@ -51,7 +51,7 @@ def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inve
         set_forces(position, velocity, wind, mass, weights, coefficients, work, dt, span)
         _update(position, velocity, work.force, inverse_mass, position_out, velocity_out, dt, keep,
                 span)
-        collide(position, position_out, velocity_out, coefficients.limits, work.room, span)
+        collide(position, position_out, velocity_out, coefficients.limits, work.contact, span)
         wait(work.barrier)
         position, position_out = position_out, position
         velocity, velocity_out = velocity_out, velocity

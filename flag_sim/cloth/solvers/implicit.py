@@ -123,7 +123,7 @@ def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inve
         _lose_energy(velocity, velocity_out, matrix, mass, weights, coefficients, work, residual,
                      product, dt, span)
         _move(position, velocity_out, dt, position_out, span)
-        collide(position, position_out, velocity_out, coefficients.limits, work.room, span)
+        collide(position, position_out, velocity_out, coefficients.limits, work.contact, span)
         position, position_out = position_out, position
         velocity, velocity_out = velocity_out, velocity
 

@@ -80,7 +80,7 @@ def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inve
             _stage(position, velocity, x, v, work.force, inverse_mass, position_out, velocity_out,
                    number(weight / 6.0) * dt, number(ahead) * dt, keep, span)
         _damp(velocity_out, keep, span)
-        collide(position, position_out, velocity_out, coefficients.limits, work.room, span)
+        collide(position, position_out, velocity_out, coefficients.limits, work.contact, span)
         position, position_out = position_out, position
         velocity, velocity_out = velocity_out, velocity
 

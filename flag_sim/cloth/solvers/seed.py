@@ -59,7 +59,7 @@ def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inve
     for _ in range(count):
         set_forces(position, v, wind, mass, weights, coefficients, work, now, span)
         _update(position, v, work.force, inverse_mass, position_out, v_out, dt, mu, span)
-        collide(position, position_out, v_out, coefficients.limits, work.room, span)
+        collide(position, position_out, v_out, coefficients.limits, work.contact, span)
         wait(work.barrier)
         position, position_out = position_out, position
         velocity, velocity_out = velocity_out, velocity

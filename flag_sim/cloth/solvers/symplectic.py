@@ -102,7 +102,7 @@ def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inve
         else:
             _move(position, velocity, tensions, None, None, mass, g, inverse_mass,
                   position_out, velocity_out, dt, keep, span)
-        collide(position, position_out, velocity_out, coefficients.limits, work.room, span)
+        collide(position, position_out, velocity_out, coefficients.limits, work.contact, span)
         wait(work.barrier)
         position, position_out = position_out, position
         velocity, velocity_out = velocity_out, velocity

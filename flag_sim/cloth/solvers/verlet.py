@@ -73,7 +73,7 @@ def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inve
     _accelerate(work.force, inverse_mass, acceleration, span)
     for _ in range(count):
         _drift(position, velocity, acceleration, position_out, velocity_out, dt, keep, span)
-        collide(position, position_out, velocity_out, coefficients.limits, work.room, span)
+        collide(position, position_out, velocity_out, coefficients.limits, work.contact, span)
         wait(work.barrier)
         set_forces(position_out, velocity_out, wind, mass, weights, coefficients, work, dt, span)
         _kick(velocity_out, work.force, inverse_mass, acceleration, dt, keep, span)

@@ -168,7 +168,7 @@ def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inve
             meet_plate(position_out, inverse_mass, weights, coefficients.bend, dt, plate, span)
         _meet_springs(position, position_out, inverse_mass, weights, k, c, rest, dt, lines, span)
         _set_velocity(position, position_out, velocity_out, dt, span)
-        collide(position, position_out, velocity_out, coefficients.limits, work.room, span)
+        collide(position, position_out, velocity_out, coefficients.limits, work.contact, span)
         position, position_out = position_out, position
         velocity, velocity_out = velocity_out, velocity
 
