@@ -27,38 +27,43 @@ import numpy as np
 
 @inner_kernel
 def bring_back(place, velocity, start, longest):
-    """Return a node's place within longest [m] of start, and its velocity without what led out."""
+    """
+    Return (place, velocity, excess): within longest [m] of start, without what led out of that.
+
+    excess: how far the node was beyond it [m], or zero.
+    """
     dx, dy, dz = place[0] - start[0], place[1] - start[1], place[2] - start[2]
     distance = math.sqrt(dx * dx + dy * dy + dz * dz)
+    zero = type(distance)(0.0)
     if not distance > longest:
-        return place, velocity
+        return place, velocity, zero
     dx, dy, dz = dx / distance, dy / distance, dz / distance
-    out = max(velocity[0] * dx + velocity[1] * dy + velocity[2] * dz, type(distance)(0.0))
+    out = max(velocity[0] * dx + velocity[1] * dy + velocity[2] * dz, zero)
     return ((start[0] + longest * dx, start[1] + longest * dy, start[2] + longest * dz),
-            (velocity[0] - out * dx, velocity[1] - out * dy, velocity[2] - out * dz))
+            (velocity[0] - out * dx, velocity[1] - out * dy, velocity[2] - out * dz),
+            distance - longest)
 
 
 @kernel
-def attach(position, velocity, limits, span):
+def attach(position, velocity, limits, held, span):
     """
     Bring back every node that is farther from its row's beginning than the cloth reaches.
 
-    Return how many nodes are at that end: those that were brought back, and those that were there.
+    Sets held, a flat field, to 1 where that was by more than rounding.
     """
     x, y, z = position
     vx, vy, vz = velocity
     number = type(limits.reach)
     first, last, stride = span
-    held = 0
     for hoist in range(first, last, stride):
         start = x[hoist], y[hoist], z[hoist]
         for i in range(hoist, min(hoist + limits.columns, last)):
             longest = limits.reach * number(np.int64(i - hoist))
-            dx, dy, dz = x[i] - start[0], y[i] - start[1], z[i] - start[2]
-            if (limits.free[i] > 0.0 and
-                    math.sqrt(dx * dx + dy * dy + dz * dz) >= longest - limits.rounding):
-                held += 1
-                place, v = bring_back((x[i], y[i], z[i]), (vx[i], vy[i], vz[i]), start, longest)
-                x[i], y[i], z[i] = place
-                vx[i], vy[i], vz[i] = v
-    return held
+            if limits.free[i] > 0.0:
+                place, v, excess = bring_back((x[i], y[i], z[i]), (vx[i], vy[i], vz[i]), start,
+                                              longest)
+                if excess > 0.0:
+                    x[i], y[i], z[i] = place
+                    vx[i], vy[i], vz[i] = v
+                    if excess > limits.rounding:
+                        held[i] = number(1.0)

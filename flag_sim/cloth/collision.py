@@ -71,11 +71,12 @@ class Contact(NamedTuple):
     room: np.ndarray      # how much farther a node could go before the pole matters [m]
     normal_x: np.ndarray  # of the plane of the cell whose upper hoist corner is the node, or zero
     normal_y: np.ndarray
+    held: np.ndarray      # 1 where the attachment brought a node back in this frame, or 0
 
     @classmethod
     def of(cls, mesh):
         """Return the fields of a mesh."""
-        return cls(*mesh.fields(3))
+        return cls(*mesh.fields(4))
 
 
 @wide_kernel
@@ -85,7 +86,7 @@ def _set_room(position, position_out, cell, pole, contact, span):
 
     Where that is negative, the node has to be looked at more closely. Forgets all planes.
     """
-    room, normal_x, normal_y = contact
+    room, normal_x, normal_y, _ = contact
     center_x, center_y, radius = pole
     x, y, z = position
     x_out, y_out, z_out = position_out
@@ -159,32 +160,34 @@ def _plane(position, corner, limits, contact, span):
     """
     first, _, stride = span
     zero = type(limits.rounding)(0.0)
-    if corner < first:
-        return cell_plane(position, corner, stride, limits.free, limits.pole)
-    nx, ny = contact.normal_x[corner], contact.normal_y[corner]
+    nx = ny = zero
+    if corner >= first:
+        nx, ny = contact.normal_x[corner], contact.normal_y[corner]
     if nx == zero and ny == zero:
         nx, ny = cell_plane(position, corner, stride, limits.free, limits.pole)
-        contact.normal_x[corner], contact.normal_y[corner] = nx, ny
+        if corner >= first:
+            contact.normal_x[corner], contact.normal_y[corner] = nx, ny
     return nx, ny
 
 
 @inner_kernel
 def _planes_of(position, i, limits, contact, span):
-    """Return the planes of the cells around node i; one also for each that there is not."""
+    """Return the planes of the cells around node i; the first also for each that there is not."""
     n, zero = i - span[2], type(limits.rounding)(0.0)
-    plane = (zero, zero)
+    found = 0
+    a = b = c = d = (zero, zero)
     for corner in (n - ONE, n, i - ONE, i):
         if limits.cell[corner] > zero:
             plane = _plane(position, corner, limits, contact, span)
-    a, b, c, d = plane, plane, plane, plane
-    if limits.cell[n - ONE] > zero:
-        a = _plane(position, n - ONE, limits, contact, span)
-    if limits.cell[n] > zero:
-        b = _plane(position, n, limits, contact, span)
-    if limits.cell[i - ONE] > zero:
-        c = _plane(position, i - ONE, limits, contact, span)
-    if limits.cell[i] > zero:
-        d = _plane(position, i, limits, contact, span)
+            if found == 0:
+                a = b = c = d = plane
+            elif found == 1:
+                b = plane
+            elif found == 2:
+                c = plane
+            else:
+                d = plane
+            found += 1
     return a, b, c, d
 
 
@@ -250,7 +253,7 @@ def _touched(x, y, planes, radius):
     return a, b, c, d
 
 
-@kernel
+@inner_kernel
 def _hold(position, position_out, velocity, limits, contact, i, hoist, span):
     """Put node i of the row that begins at the node hoist where it may be."""
     x, y, z = position
@@ -260,7 +263,10 @@ def _hold(position, position_out, velocity, limits, contact, i, hoist, span):
     longest = limits.reach * type(radius)(np.int64(i - hoist))
     start = x[hoist], y[hoist], z[hoist]
     old = x[i], y[i], z[i]
-    new, v = bring_back((x_out[i], y_out[i], z_out[i]), (vx[i], vy[i], vz[i]), start, longest)
+    new, v, excess = bring_back((x_out[i], y_out[i], z_out[i]), (vx[i], vy[i], vz[i]), start,
+                                longest)
+    if excess > limits.rounding:
+        contact.held[i] = type(radius)(1.0)
     planes = _planes_of(position, i, limits, contact, span)
     if not is_beyond(new[0] - center_x, new[1] - center_y, planes, radius):
         px, py, ux, uy = _beyond((old[0] - center_x, old[1] - center_y),
@@ -268,7 +274,7 @@ def _hold(position, position_out, velocity, limits, contact, i, hoist, span):
                                  planes, radius, limits.rounding)
         new = center_x + px, center_y + py, new[2]
         new = _shortened(old, new, start, longest, limits.rounding)
-        new, v = bring_back(new, (ux, uy, v[2]), start, longest)
+        new, v, _ = bring_back(new, (ux, uy, v[2]), start, longest)
     x_out[i], y_out[i], z_out[i] = new
     vx[i], vy[i], vz[i] = v
 

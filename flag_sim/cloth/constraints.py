@@ -19,26 +19,27 @@ Methods see to the pole in every step, and then to both together (see collision)
 seen to between frames, also where somebody else has put the cloth, or changed what it may do.
 """
 from flag_sim.cloth.attachment import attach
-from flag_sim.cloth.collision import collide, Contact
+from flag_sim.cloth.collision import collide
 import numpy as np
 
 SWEEPS = 20
 """After as many the cloth may still be in the pole, where it was put so; steps go on with that."""
 
 
-def constrain(state, spare, limits):
+def constrain(state, spare, limits, contact):
     """
-    Bring back what is in the pole or too far from the hoist; return how many are at its reach.
+    Bring back what is in the pole or too far from the hoist.
 
-    spare: another state of the mesh, whose positions are lost. limits: of the mesh.
+    spare: another state of the mesh, whose positions are lost. limits, contact: of the mesh;
+    contact.held then has what was brought back here too.
     """
     span = state.mesh.span
     if limits.pole[2] > 0.0:
-        contact = Contact.of(state.mesh)
         for _ in range(SWEEPS):
             spare.data[:3] = state.data[:3]
             collide(state.position, spare.position, state.velocity, limits, contact, span)
             if np.array_equal(spare.data[:3], state.data[:3]):
                 break
             state.data[:3] = spare.data[:3]
-    return attach(state.position, state.velocity, limits, span) if state.mesh.pinned else 0
+    if state.mesh.pinned:
+        attach(state.position, state.velocity, limits, contact.held, span)

@@ -30,6 +30,7 @@ from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.cloth.stability import damping_bound, frequency_bound, plan, Stepping
 from flag_sim.cloth.state import State
 from flag_sim.crew import Crew
+import numpy as np
 
 MAX_HOIST = 1e6
 """Greatest coordinate of the hoist [m]."""
@@ -256,7 +257,9 @@ class Cloth:
     def _hold(self):
         """Bring back what is in the pole or farther from the hoist than stretch_limit allows."""
         limits = Limits.of(self._mesh, self._cylinder(), self._stretch_limit)
-        self.held = constrain(self._state, self._spare, limits)
+        contact = self._solver.contact
+        constrain(self._state, self._spare, limits, contact)
+        self.held = int(np.count_nonzero(contact.held))
 
     def _cylinder(self):
         """Return the pole as Forcing has it, measured from where positions are."""
