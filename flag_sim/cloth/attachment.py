@@ -25,7 +25,7 @@ from flag_sim.kernels import inner_kernel, kernel
 import numpy as np
 
 
-@inner_kernel
+@inner_kernel(_nrt=False)
 def bring_back(place, velocity, start, longest):
     """
     Return (place, velocity, excess): within longest [m] of start, without what led out of that.
@@ -44,7 +44,7 @@ def bring_back(place, velocity, start, longest):
             distance - longest)
 
 
-@kernel
+@kernel(_nrt=False)
 def attach(position, velocity, limits, held, span):
     """
     Bring back every node that is farther from its row's beginning than the cloth reaches.

@@ -113,7 +113,7 @@ def _set_room(position, position_out, cell, pole, contact, span):
         normal_x[i] = normal_y[i] = number(0.0)
 
 
-@kernel
+@kernel(_nrt=False)
 def _find_far(position_out, limits, room, span):
     """Set room to -inf at nodes that are about as far as the cloth reaches, or farther."""
     x, y, z = position_out
@@ -135,7 +135,7 @@ def _find_far(position_out, limits, room, span):
                     room[i] = number(-math.inf)
 
 
-@inner_kernel
+@inner_kernel(_nrt=False)
 def _rows(limits, span):
     """Return the first and the last row, not included, that nodes of a span are in."""
     first, last, stride = span
@@ -143,7 +143,7 @@ def _rows(limits, span):
             (max(last, limits.first) - limits.first + stride - ONE) // stride)
 
 
-@inner_kernel
+@inner_kernel(_nrt=False)
 def _row(limits, row, span):
     """Return a row's hoist node and the first and last node, not included, in it and a span."""
     first, last, stride = span
@@ -151,7 +151,7 @@ def _row(limits, row, span):
     return hoist, max(first, hoist), min(last, hoist + limits.columns)
 
 
-@inner_kernel
+@inner_kernel(_nrt=False)
 def _plane(position, corner, limits, contact, span):
     """
     Return the unit normal of the plane of a corner's cell, which is found once in a step.
@@ -170,7 +170,7 @@ def _plane(position, corner, limits, contact, span):
     return nx, ny
 
 
-@inner_kernel
+@inner_kernel(_nrt=False)
 def _planes_of(position, i, limits, contact, span):
     """Return the planes of the cells around node i; the first also for each that there is not."""
     n, zero = i - span[2], type(limits.rounding)(0.0)
@@ -191,7 +191,7 @@ def _planes_of(position, i, limits, contact, span):
     return a, b, c, d
 
 
-@inner_kernel
+@inner_kernel(_nrt=False)
 def _ahead(position, x, y, i, limits, contact, span):
     """Return how far beyond the last of the planes of the cells around node i a place is [m]."""
     n, number = i - span[2], type(limits.rounding)
@@ -203,7 +203,7 @@ def _ahead(position, x, y, i, limits, contact, span):
     return least - limits.pole[2]
 
 
-@kernel
+@kernel(_nrt=False)
 def _beyond(old, new, velocity, planes, radius, rounding):
     """
     Return (x, y) beyond all planes, and (vx, vy) that leads into none of those the node is at.
@@ -234,7 +234,7 @@ def _beyond(old, new, velocity, planes, radius, rounding):
     return x, y, vx, vy
 
 
-@inner_kernel
+@inner_kernel(_nrt=False)
 def _touched(x, y, planes, radius):
     """Return four planes that are those of the four that a point is at."""
     a, b, c, d = planes
@@ -253,7 +253,7 @@ def _touched(x, y, planes, radius):
     return a, b, c, d
 
 
-@inner_kernel
+@inner_kernel(_nrt=False)
 def _hold(position, position_out, velocity, limits, contact, i, hoist, span):
     """Put node i of the row that begins at the node hoist where it may be."""
     x, y, z = position
@@ -279,7 +279,7 @@ def _hold(position, position_out, velocity, limits, contact, i, hoist, span):
     vx[i], vy[i], vz[i] = v
 
 
-@inner_kernel
+@inner_kernel(_nrt=False)
 def _shortened(old, new, start, longest, rounding):
     """Return the last point on the way from old to new that is in reach, if old is; or new."""
     ax, ay, az = old[0] - start[0], old[1] - start[1], old[2] - start[2]
@@ -295,7 +295,7 @@ def _shortened(old, new, start, longest, rounding):
     return old[0] + part * dx, old[1] + part * dy, old[2] + part * dz
 
 
-@kernel
+@kernel(_nrt=False)
 def _hold_near(position, position_out, velocity, limits, contact, span):
     """Look at all nodes that have no room, and put those that need it where they may be."""
     room, zero = contact.room, type(limits.rounding)(0.0)
@@ -315,7 +315,7 @@ def _hold_near(position, position_out, velocity, limits, contact, span):
                     _hold(position, position_out, velocity, limits, contact, i, hoist, span)
 
 
-@kernel
+@kernel(_nrt=False)
 def collide(position, position_out, velocity, limits, contact, span):
     """
     Put every node that a step has taken from position to position_out where it may be.

@@ -27,14 +27,14 @@ from flag_sim.cloth.mesh import LEAST_LENGTH2, ONE
 from flag_sim.kernels import inner_kernel, kernel
 
 
-@inner_kernel
+@inner_kernel(_nrt=False)
 def separation(x0, x1, x2, x3, y0, y1, y2, y3, radius):
     """Return how far the box of four points is from a box of that radius about the origin [m]."""
     return max(max(min(min(x0, x1), min(x2, x3)), -max(max(x0, x1), max(x2, x3))),
                max(min(min(y0, y1), min(y2, y3)), -max(max(y0, y1), max(y2, y3)))) - radius
 
 
-@inner_kernel
+@inner_kernel(_nrt=False)
 def _pass(ax, ay, bx, by, best, length2, side_x, side_y):
     """
     Return (best, length2, side x, y), of the line from a to b if that passes the origin nearer.
@@ -54,7 +54,7 @@ def _pass(ax, ay, bx, by, best, length2, side_x, side_y):
     return best, length2, side_x, side_y
 
 
-@kernel
+@kernel(_nrt=False)
 def _nearest_side(ax, ay, bx, by, cx, cy, dx, dy, px, py):
     """
     Return the direction from the origin to the nearest side or diagonal of a cell's corners.
@@ -79,7 +79,7 @@ def _nearest_side(ax, ay, bx, by, cx, cy, dx, dy, px, py):
     return one, zero
 
 
-@inner_kernel
+@inner_kernel(_nrt=False)
 def _beside_pin(nx, ny, px, py, radius):
     """Turn a tangent's normal as little as puts a pin on the outer side too, or nearest to it."""
     if nx * px + ny * py >= radius:
@@ -96,7 +96,7 @@ def _beside_pin(nx, ny, px, py, radius):
     return cosine * px - sine * py, cosine * py + sine * px
 
 
-@inner_kernel
+@inner_kernel(_nrt=False)
 def cell_plane(position, corner, stride, free, pole):
     """
     Return the unit normal (x, y) of the tangent that parts the cell of a corner from the pole.
@@ -131,7 +131,7 @@ def cell_plane(position, corner, stride, free, pole):
     return nx, ny
 
 
-@kernel
+@kernel(_nrt=False)
 def project(px, py, planes, radius, tolerance):
     """
     Return (found, x, y) of the point beyond all planes, n x >= radius, that is nearest to p.
@@ -163,7 +163,7 @@ def project(px, py, planes, radius, tolerance):
     return least >= type(radius)(0.0) or is_beyond(px, py, planes, radius), bx, by
 
 
-@inner_kernel
+@inner_kernel(_nrt=False)
 def is_beyond(x, y, planes, radius):
     """Return whether a point is beyond all four planes."""
     least = planes[0][0] * x + planes[0][1] * y
