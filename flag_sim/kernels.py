@@ -250,3 +250,14 @@ wide_kernel = functools.partial(kernel, pipeline_class=_WideCompiler)
 
 shared_kernel = functools.partial(kernel, pipeline_class=KernelCompiler)
 """A kernel whose arrays other threads may write to while it runs."""
+
+lean_kernel = functools.partial(kernel, _nrt=False)
+"""
+A kernel of many small calls that makes no array, and so counts no references to those it is given.
+
+Counting was most of the time of the pole's collision. The option is private to numba; a kernel
+that made an array with it would not compile.
+"""
+
+lean_inner_kernel = functools.partial(inner_kernel, _nrt=False)
+"""A lean kernel that becomes a part of each that calls it."""

@@ -16,7 +16,7 @@
 import platform
 import re
 
-from flag_sim.cloth import bending, holds, Material, springs, wind
+from flag_sim.cloth import bending, collision, Material, springs, wind
 from flag_sim.cloth.forces import Forcing, Work
 from flag_sim.cloth.mesh import Mesh, PRECISIONS
 from flag_sim.cloth.model import Model
@@ -65,7 +65,8 @@ def loops(precision):
         (plate._add_curvatures, x, weights.bend_down, one, span[2], a),
         (plate._move_curved, x, w, span[2], a),
         (plate._add_twists, x, weights.cell, one, a),
-        (plate._move_twisted, x, w, a)]
+        (plate._move_twisted, x, w, a),
+        (collision._set_room, x, x_out, weights.cell, vector, work.contact)]
     return named(calls, span)
 
 
@@ -81,7 +82,6 @@ def scalar_loops(precision):
     family = lines.Family(weights.down, one, one, one, ahead, ahead)
     filled = matrix.Matrix.of(tuple(mesh.fields(matrix.FIELDS)))
     calls = [
-        (holds.hold_outside, x, v, w, vector),
         (lines.set_lines, x, x_out, family, one, springs),
         (lines.factor_lines, w, family, springs),
         (lines.meet_lines, x, x_out, w, family, springs, a[:2]),

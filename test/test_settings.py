@@ -57,7 +57,7 @@ def test_the_dials_of_the_cloth():
     cloth = cloth_of(values_of(
         'physics', grid__rows=5, grid__columns=7, flag__length=1.0, flag__width=0.5, stiffness=2.0,
         air__law='linear', air__density=1.0, substeps=70, solver='verlet', gravity=1.0,
-        stretch_limit=0.5, precision='float32', pole_collision=True, pole__diameter=0.2))
+        stretch_limit=0.5, precision='float32', pole__diameter=0.2))
     mesh = cloth.mesh
     assert (mesh.rows, mesh.columns, mesh.length, mesh.width) == (5, 7, 1.0, 0.5)
     assert cloth.material == Material(stiffness=2.0)
@@ -66,7 +66,7 @@ def test_the_dials_of_the_cloth():
     assert (cloth.solver, cloth.gravity, cloth.stretch_limit) == ('verlet', 1.0, 0.5)
     assert (cloth.precision, cloth.pole) == ('float32', (0.0, 0.0, 0.1))
     assert cloth.hoist_top == (0.1, 0.0, 8.8)
-    assert cloth_of(values_of('physics')).pole is None
+    assert cloth_of(values_of('physics', pole_collision=False)).pole is None
 
 
 def test_a_flag_without_a_size_follows_from_its_pole():

@@ -13,10 +13,12 @@
 # limitations under the License.
 
 """All forces on the nodes (1.6): one call for each, none for those whose coefficient is zero."""
+import math
 from typing import NamedTuple
 
 from flag_sim.cloth.barrier import new_barrier, wait
 from flag_sim.cloth.bending import add_moments, set_moments
+from flag_sim.cloth.collision import Contact, Limits
 from flag_sim.cloth.material import Air
 from flag_sim.cloth.springs import damped_tensions, elastic_tensions, sum_tensions
 from flag_sim.cloth.wind import add_faces, wind_on_faces
@@ -34,10 +36,11 @@ class Forcing(NamedTuple):
     gravity: float = 9.81          # [m/s2], along -z
     air: Air = Air()
     pole: tuple = NO_POLE          # as x, y and radius of a cylinder; measured as positions [m]
+    stretch_limit: float = math.inf  # of a node's way from the hoist; held in steps with a pole
 
 
 class Coefficients(NamedTuple):
-    """The numbers of every force, and of the pole, ready for the kernels."""
+    """The numbers of every force, and the limits, ready for the kernels."""
 
     spring_k: tuple     # across, down, diagonal [N/m]
     spring_c: tuple     # the dashpots of the same [N s/m]
@@ -49,7 +52,7 @@ class Coefficients(NamedTuple):
     law: int            # of the wind: pressure.QUADRATIC, LINEAR or SEED
     order: int          # of the method, to which drag is kept from overshooting
     node_damping: float  # nu [1/s]
-    pole: tuple         # x, y, radius [m]
+    limits: Limits      # where nodes may be
 
 
 class Work(NamedTuple):
@@ -59,6 +62,7 @@ class Work(NamedTuple):
     tensions: tuple  # across, down, rising, falling [N/m]
     moments: tuple   # across, down, twist [N], for each axis
     faces: tuple     # x, y, z of half the force on upper, then on lower faces [N]
+    contact: Contact  # with the pole
     barrier: np.ndarray  # of the threads that share the steps
 
     @classmethod
@@ -68,7 +72,7 @@ class Work(NamedTuple):
             return tuple(mesh.fields(count))
 
         return cls(arrays(3), arrays(4), (arrays(3), arrays(3), arrays(3)), arrays(6),
-                   new_barrier(1))
+                   Contact.of(mesh), new_barrier(1))
 
 
 @shared_kernel

@@ -17,6 +17,7 @@ import math
 
 from flag_sim.attributes import constant
 from flag_sim.cloth.bending import bend_constants
+from flag_sim.cloth.collision import Limits
 from flag_sim.cloth.forces import Coefficients
 from flag_sim.cloth.pressure import LAWS
 from flag_sim.cloth.springs import dashpot_constants, spring_constants
@@ -60,4 +61,5 @@ class Model:
         return Coefficients(
             number(self.spring_k), number(self.spring_c), number(self.spring_rest),
             number(self.bend), number(forcing.gravity), number(drag), number(drag / face_mass),
-            LAWS[forcing.air.law], order, number(self.material.node_damping), number(forcing.pole))
+            LAWS[forcing.air.law], order, number(self.material.node_damping),
+            Limits.of(self.mesh, forcing.pole, forcing.stretch_limit))

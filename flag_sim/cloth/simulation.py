@@ -14,21 +14,25 @@
 
 """The cloth as its users meet it: dials on the outside, a state inside, frame by frame."""
 import functools
+import math
 
 from flag_sim import checks
 from flag_sim.attributes import closed
+from flag_sim.cloth.collision import Limits
+from flag_sim.cloth.constraints import constrain
 from flag_sim.cloth.divergence import advice, broken_bound, Diverged
 from flag_sim.cloth.forces import Forcing, NO_POLE
-from flag_sim.cloth.holds import hold
 from flag_sim.cloth.material import Air, Material
-from flag_sim.cloth.mesh import Mesh, PRECISIONS, resample
+from flag_sim.cloth.mesh import Mesh, PRECISIONS
 from flag_sim.cloth.model import Model
 from flag_sim.cloth.normals import node_normals
+from flag_sim.cloth.resampling import carry_over
 from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.cloth.stability import damping_bound, plan, SHORTEST_STEP, Stepping
 from flag_sim.cloth.start import bump
 from flag_sim.cloth.state import State
 from flag_sim.crew import Crew
+import numpy as np
 
 MAX_HOIST = 1e6
 """Greatest coordinate of the hoist [m]."""
@@ -51,7 +55,8 @@ class Cloth:
     is held, (x, y, z) [m]. pinned: whether the hoist is held at all.
     stretch_limit: no node of a pinned cloth ends a frame farther from the beginning of its row
     than 1 + stretch_limit times its distance at rest; held: how many nodes that held back in the
-    last frame. pole: an upright cylinder (x, y, radius) [m] that the cloth stays out of.
+    last frame. pole: an upright cylinder (x, y, radius) [m] that no edge and no face of the cloth
+    passes through, however thin it is; the hoist is on its surface or outside.
     precision: of the numbers inside, float64 or float32; what is given out is float64.
     start_noise, start_seed: the cloth starts flat but for a random bump of at most start_noise
     [m], which its weight or the wind needs to begin with; the same seed, the same bump.
@@ -75,13 +80,14 @@ class Cloth:
         self.air = _or_default(air, Air)
         self.gravity = gravity
         self.stepping = _or_default(stepping, Stepping)
-        self.pole = pole
+        self._pole = None
         self.start_noise = start_noise
         self.start_seed = start_seed
         self._held = 0
         self._crew = Crew(checks.whole('threads', threads, 0, MAX_THREADS))
         self._solver_name = checks.choice('solver', solver, SOLVERS)
         self._put_on(Mesh(rows, columns, length, width, pinned, precision), hoist_top)
+        self.pole = pole
         self.reset()
         self._stretch_limit = None
         self.stretch_limit = stretch_limit
@@ -184,6 +190,8 @@ class Cloth:
         if pole is not None:
             pole = checks.vector('pole', pole, MAX_HOIST)
             checks.finite('radius of the pole', pole[2], above=0.0)
+            if self._mesh.pinned:
+                _require_outside(pole, self._hoist_top)
         self._pole = pole
 
     @property
@@ -239,17 +247,21 @@ class Cloth:
         hoist_top = checks.vector('hoist_top', hoist_top, MAX_HOIST)
         old = self._mesh
         mesh = Mesh(old.rows, old.columns, length, width, old.pinned, old.precision)
+        if mesh.pinned and self._pole is not None:
+            _require_outside(self._pole, hoist_top)
         self._put_on(mesh, hoist_top)
         self.reset()
 
     def regrid(self, rows, columns):
-        """Change the grid while the motion goes on; new nodes take their place among the old."""
+        """Change the grid while the motion goes on, with its strain and momentum (resampling)."""
         old = self._mesh
         mesh = Mesh(rows, columns, old.length, old.width, old.pinned, old.precision)
-        positions = resample(self.positions, mesh.rows, mesh.columns)
-        velocities = resample(self.velocities, mesh.rows, mesh.columns)
+        positions, velocities = carry_over(
+            Model(old, self._material), self.positions, self.velocities,
+            Model(mesh, self._material), self._hoist_top)
         self._put_on(mesh, self._hoist_top)
         self.place(positions, velocities)
+        self._hold()
 
     def advance(self, dt, wind=(0.0, 0.0, 0.0)):
         """
@@ -259,7 +271,7 @@ class Cloth:
         """
         dt = checks.finite('dt', dt, high=MAX_FRAME, above=0.0)
         wind = checks.vector('wind', wind, MAX_WIND)
-        forcing = Forcing(wind, self._gravity, self.air, self._cylinder())
+        forcing = Forcing(wind, self._gravity, self.air, self._cylinder(), self._stretch_limit)
         steps = self._planned(dt)
         self._last_good[...] = self._state.data
         try:
@@ -281,8 +293,10 @@ class Cloth:
 
     def _hold(self):
         """Bring back what is in the pole or farther from the hoist than stretch_limit allows."""
-        if self._mesh.pinned:
-            self._held = hold(self._state, self._stretch_limit, self._cylinder())
+        limits = Limits.of(self._mesh, self._cylinder(), self._stretch_limit)
+        contact = self._solver.contact
+        constrain(self._state, self._spare, limits, contact)
+        self._held = int(np.count_nonzero(contact.held))
 
     def _cylinder(self):
         """Return the pole as Forcing has it, measured from where positions are."""
@@ -332,3 +346,12 @@ class Cloth:
 def _or_default(value, kind):
     """Return value or, for None, what the class makes by default."""
     return kind() if value is None else value
+
+
+def _require_outside(pole, hoist_top):
+    """Raise ValueError for a hoist inside the pole: cloth could leave it only through its side."""
+    x, y, radius = pole
+    distance = math.hypot(hoist_top[0] - x, hoist_top[1] - y)
+    if distance < radius * (1.0 - 1e-9):
+        raise ValueError(f'the hoist must not be inside the pole: it is {distance:g} m from the '
+                         f'axis, whose radius is {radius:g} m')

@@ -99,7 +99,7 @@ PHYSICS = (
          0.0, 1e6),
     Dial('precision', 'float64', 'of the numbers inside; float32 is twice as fast, to 0.1 mm',
          choices=('float64', 'float32')),
-    Dial('pole_collision', False, 'keep the cloth out of the pole'),
+    Dial('pole_collision', True, 'keep the cloth out of the pole'),
     Dial('start_noise', 1e-4, 'the cloth starts flat but for a random bump of at most this; 0: '
          'exactly flat, and in calm air or a wind along it it stays so for ever', 'm', 0.0, 0.1),
     Dial('start_seed', 0, 'another seed, another bump', '', 0, 2**31 - 1),

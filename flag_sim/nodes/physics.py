@@ -142,6 +142,7 @@ class Physics(FrameServer):
         self._cloth.start_noise = values['start_noise']
         self._cloth.start_seed = values['start_seed']
         if hang_of(values) != hang_of(before):
+            self._cloth.pole = None  # the hoist may be where the old one stood
             self._cloth.hang(*hang_of(values))
             self._is_new = True
         grid = values['grid.rows'], values['grid.columns']

@@ -21,3 +21,14 @@ def wave(rows=21, columns=31, phase=0.0):
     s, z = np.meshgrid(np.linspace(0.0, 2.25, columns), np.linspace(8.9, 7.4, rows))
     y = 0.3 * s + 0.15 * s * np.sin(5.0 * s + z - phase)
     return np.stack([0.05 + s, y, z - 0.1 * s], axis=-1)
+
+
+def nearest(positions):
+    """Return how near edges of faces of cloth (rows, columns, 3) come to the z axis [m]."""
+    flat = positions[..., :2]
+    a, b, c, d = flat[:-1, :-1], flat[:-1, 1:], flat[1:, :-1], flat[1:, 1:]
+    first = np.stack([a, c, a, b, a, b]).reshape(-1, 2)
+    way = np.stack([b, d, c, d, d, c]).reshape(-1, 2) - first
+    length2 = np.maximum(np.sum(way * way, axis=-1), 1e-300)
+    along = np.clip(-np.sum(first * way, axis=-1) / length2, 0.0, 1.0)
+    return np.hypot(*(first + along[:, None] * way).T).min()

@@ -16,8 +16,8 @@
 import math
 from typing import NamedTuple
 
+from flag_sim.cloth.collision import collide
 from flag_sim.cloth.forces import Coefficients, set_forces
-from flag_sim.cloth.holds import hold_outside
 from flag_sim.cloth.rigid import (
     add_rigid, Body, freedom_of, inertia, mass_center, rigid_of)
 from flag_sim.cloth.solvers.conjugate import add, dot, norm2, solve
@@ -196,7 +196,7 @@ def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inve
     none = (zero, zero, zero)
     blown = Coefficients(none, none, coefficients.spring_rest, none, zero, coefficients.drag,
                          coefficients.drag_rate, coefficients.law, coefficients.order,
-                         coefficients.node_damping, coefficients.pole)
+                         coefficients.node_damping, coefficients.limits)
     body = Body(mass, inverse_mass, freedom)
     for _ in range(count):
         _guess(velocity, inverse_mass, coefficients.gravity, dt, velocity_out, span)
@@ -218,7 +218,7 @@ def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inve
                      product, dt, span)
         _keep_momentum(position, velocity_out, body, scratch, work, coefficients, dt, span)
         _move(position, velocity_out, dt, position_out, span)
-        hold_outside(position_out, velocity_out, inverse_mass, coefficients.pole, span)
+        collide(position, position_out, velocity_out, coefficients.limits, work.contact, span)
         position, position_out = position_out, position
         velocity, velocity_out = velocity_out, velocity
 

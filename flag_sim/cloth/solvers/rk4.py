@@ -16,8 +16,8 @@
 import math
 
 from flag_sim.cloth.barrier import wait
+from flag_sim.cloth.collision import collide
 from flag_sim.cloth.forces import set_forces
-from flag_sim.cloth.holds import hold_outside
 from flag_sim.cloth.solvers.solver import Solver
 from flag_sim.kernels import shared_kernel, wide_kernel
 
@@ -87,7 +87,7 @@ def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inve
             _stage(position, velocity, x, v, work.force, inverse_mass, position_out, velocity_out,
                    number(weight / 6.0) * dt, number(ahead) * dt, keep, span)
         _end(position, position_out, velocity_out, keep, span)
-        hold_outside(position_out, velocity_out, inverse_mass, coefficients.pole, span)
+        collide(position, position_out, velocity_out, coefficients.limits, work.contact, span)
         position, position_out = position_out, position
         velocity, velocity_out = velocity_out, velocity
 

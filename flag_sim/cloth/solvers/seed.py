@@ -14,8 +14,8 @@
 
 """The source text's own scheme, equations 1.5 to 1.10 to the letter."""
 from flag_sim.cloth.barrier import wait
+from flag_sim.cloth.collision import collide
 from flag_sim.cloth.forces import set_forces
-from flag_sim.cloth.holds import hold_outside
 from flag_sim.cloth.material import VACUUM
 from flag_sim.cloth.solvers.solver import Solver
 from flag_sim.cloth.solvers.symplectic import Symplectic
@@ -59,7 +59,7 @@ def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inve
     for _ in range(count):
         set_forces(position, v, wind, mass, weights, coefficients, work, now, span)
         _update(position, v, work.force, inverse_mass, position_out, v_out, dt, mu, span)
-        hold_outside(position_out, v_out, inverse_mass, coefficients.pole, span)
+        collide(position, position_out, v_out, coefficients.limits, work.contact, span)
         wait(work.barrier)
         position, position_out = position_out, position
         velocity, velocity_out = velocity_out, velocity

@@ -55,6 +55,11 @@ class Solver:
         """Return the largest step [s] in which no motion can grow by itself; 0 if none is."""
         return cls.largest_step(omega, gamma, air)
 
+    @property
+    def contact(self):
+        """Return the Contact of the last steps, whose held says what the attachment did."""
+        return self._work.contact
+
     def advance(self, state, spare, forcing, dt, count, crew=ALONE):
         """
         Take count steps of dt [s] from state; return the one of the two that holds the result.
@@ -67,6 +72,7 @@ class Solver:
         bands = crew.threads if self.is_shared else 1
         barrier = new_barrier(bands)
         work = self._work._replace(barrier=barrier)
+        work.contact.held[...] = 0.0
 
         def take(band, bands):
             self.take_steps(

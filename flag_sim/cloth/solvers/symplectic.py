@@ -17,8 +17,8 @@ import math
 
 from flag_sim.cloth.barrier import wait
 from flag_sim.cloth.bending import unbend
+from flag_sim.cloth.collision import collide
 from flag_sim.cloth.forces import set_parts
-from flag_sim.cloth.holds import hold_outside
 from flag_sim.cloth.mesh import ONE
 from flag_sim.cloth.solvers.solver import Solver
 from flag_sim.cloth.springs import pull
@@ -102,7 +102,7 @@ def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inve
         else:
             _move(position, velocity, tensions, None, None, mass, g, inverse_mass,
                   position_out, velocity_out, dt, keep, span)
-        hold_outside(position_out, velocity_out, inverse_mass, coefficients.pole, span)
+        collide(position, position_out, velocity_out, coefficients.limits, work.contact, span)
         wait(work.barrier)
         position, position_out = position_out, position
         velocity, velocity_out = velocity_out, velocity

@@ -16,8 +16,8 @@
 import math
 
 from flag_sim.cloth.barrier import wait
+from flag_sim.cloth.collision import collide
 from flag_sim.cloth.forces import set_forces
-from flag_sim.cloth.holds import hold_outside
 from flag_sim.cloth.solvers.solver import Solver
 from flag_sim.kernels import shared_kernel, wide_kernel
 
@@ -73,7 +73,7 @@ def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inve
     _accelerate(work.force, inverse_mass, acceleration, span)
     for _ in range(count):
         _drift(position, velocity, acceleration, position_out, velocity_out, dt, keep, span)
-        hold_outside(position_out, velocity_out, inverse_mass, coefficients.pole, span)
+        collide(position, position_out, velocity_out, coefficients.limits, work.contact, span)
         wait(work.barrier)
         set_forces(position_out, velocity_out, wind, mass, weights, coefficients, work, dt, span)
         _kick(velocity_out, work.force, inverse_mass, acceleration, dt, keep, span)

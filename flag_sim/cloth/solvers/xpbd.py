@@ -17,8 +17,8 @@ import math
 from typing import NamedTuple
 
 from flag_sim.cloth.bending import add_moments, set_moments
+from flag_sim.cloth.collision import collide
 from flag_sim.cloth.forces import Coefficients, set_forces
-from flag_sim.cloth.holds import hold_outside
 from flag_sim.cloth.mesh import ONE
 from flag_sim.cloth.rigid import (
     add_rigid, Body, freedom_of, inertia, mass_center, rigid_of, SUMS, take_rigid)
@@ -265,7 +265,7 @@ def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inve
     # order 1, a wind that only holds the cloth up, and changes no velocity, would be too weak.
     outside = Coefficients(none, none, coefficients.spring_rest, none, coefficients.gravity,
                            coefficients.drag, coefficients.drag_rate, coefficients.law, 2,
-                           coefficients.node_damping, coefficients.pole)
+                           coefficients.node_damping, coefficients.limits)
     families = _families(weights, coefficients.spring_k, coefficients.spring_c,
                          coefficients.spring_rest, dt, span[2])
     bend = coefficients.bend
@@ -291,7 +291,7 @@ def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inve
         _sweep(position, inverse_mass, weights, bend, families, scratch, dt, span)
         _combine(position, body, weights, bend_h2, families, scratch, span)
         _advance(position, predicted, position_out, velocity_out, dt, span)
-        hold_outside(position_out, velocity_out, inverse_mass, coefficients.pole, span)
+        collide(position, position_out, velocity_out, coefficients.limits, work.contact, span)
         position, position_out = position_out, position
         velocity, velocity_out = velocity_out, velocity
 

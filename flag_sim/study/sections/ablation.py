@@ -116,8 +116,8 @@ def plots(rows, folder):
     _draw_pictures(folder / 'ablation-pictures.png', terms)
     return [
         ('ablation.png', 'Left: how much of the picture each term changes. Right: the time that '
-         'it costs. Pole collision and more samples cost time and change little in the default '
-         'shot; they are off by default.'),
+         'it costs. More samples cost time and change little in the default shot; they are '
+         'off by default.'),
         ('ablation-pictures.png', f'The same moment with each term (left) and without it (right), '
          f'{APART:g} s after both were in the same state; * marks the default.')]
 

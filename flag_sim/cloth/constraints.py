@@ -1,0 +1,45 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+What no node may do, whatever the forces: get too far from the hoist, or into the pole.
+
+Methods see to the pole in every step, and then to both together (see collision); here both are
+seen to between frames, also where somebody else has put the cloth, or changed what it may do.
+"""
+from flag_sim.cloth.attachment import attach
+from flag_sim.cloth.collision import collide
+import numpy as np
+
+SWEEPS = 20
+"""After as many the cloth may still be in the pole, where it was put so; steps go on with that."""
+
+
+def constrain(state, spare, limits, contact):
+    """
+    Bring back what is in the pole or too far from the hoist.
+
+    spare: another state of the mesh, whose positions are lost. limits, contact: of the mesh;
+    contact.held then has what was brought back here too.
+    """
+    span = state.mesh.span
+    if limits.pole[2] > 0.0:
+        for _ in range(SWEEPS):
+            spare.data[:3] = state.data[:3]
+            collide(state.position, spare.position, state.velocity, limits, contact, span)
+            if np.array_equal(spare.data[:3], state.data[:3]):
+                break
+            state.data[:3] = spare.data[:3]
+    if state.mesh.pinned:
+        attach(state.position, state.velocity, limits, contact.held, span)
