@@ -15,111 +15,164 @@
 """
 Attributes: whatever a pixel shows of the triangle that it sees, interpolated between vertices.
 
-Visibility leaves in each pixel the number of a slot. For each slot stand here the planes over the
-screen that an attribute's channels are: at the slot's first pixel, and their changes a column and
-a row. Attributes come in groups of THREE channels, of which red, green and blue are one; the
-fourth lane holds where the first pixel is. `screen` interpolation is linear from pixel to pixel,
-`perspective` linear in space: then the planes are of the channels times reversed Z (Heckbert,
-1989), which is divided out pixel by pixel. No value leaves the range of the triangle's vertices:
-where one is so thin that planes change by thousands from pixel to pixel, so does their rounding.
+Visibility leaves in each pixel the triangle that it sees, and here its barycentric weights become
+known: from these any values of vertices or triangles follow, of any number of channels, without
+another look at the rasterizer (as in nvdiffrast's rasterize and interpolate, Laine et al., 2020).
 """
 from typing import NamedTuple
 
-from flag_sim.drawing.lanes import (
-    add_times, CHANNELS, double, least, load, most, pack, single, store, times)
+from flag_sim import checks
+from flag_sim.drawing import ranges
 from flag_sim.kernels import inner_kernel, kernel
 
 import numpy as np
 
-# Channels of a group, and numbers of its planes: at the first pixel, a column on, a row on, the
-# least and the most, CHANNELS each.
-THREE, PLANE = 3, 5 * CHANNELS
-FIRST, COLUMN, ROW, LEAST, MOST = (np.uint64(k * CHANNELS) for k in range(5))
-LAST_LANE = np.uint64(CHANNELS - 1)
+INTERPOLATIONS = ('screen', 'perspective')
 # The slot that pixels hold where nothing is.
 NOTHING = np.uint32(0)
 
 
-class Values(NamedTuple):
+class Visibility(NamedTuple):
     """
-    Attributes of a scene's vertices or triangles, both sides of them.
+    What each pixel's centre sees.
 
-    numbers: flat float32; of each group, first: (groups,) uint64, from where on its numbers
-    stand, (n, 2, CHANNELS): [:, 0] of the front, [:, 1] of the back; at_triangles: (groups,) bool,
-    one for each triangle and not for each vertex; is_perspective: (groups,) bool, how they are
-    interpolated; nothing: (groups CHANNELS,) float32, what pixels show where nothing is.
+    triangles: (height, width) int32, numbers of the scene's triangles, in the order of its
+    objects, -1 where nothing is; is_back: (height, width) bool, whether their backs are seen;
+    weights: (height, width, 2) float32, barycentric weights in space of the second and the third
+    vertex, none below 0, both together at most 1; corners: (m, 3) int32, the triangles' vertices;
+    depths: (n,) of the vertices along the optical axis [m].
     """
 
-    numbers: np.ndarray
-    first: np.ndarray
-    at_triangles: np.ndarray
-    is_perspective: np.ndarray
-    nothing: np.ndarray
+    triangles: np.ndarray
+    is_back: np.ndarray
+    weights: np.ndarray
+    corners: np.ndarray
+    depths: np.ndarray
+
+
+def interpolate(visibility: Visibility, values, at='vertices', interpolation='perspective',
+                nothing=np.nan) -> np.ndarray:
+    """
+    Return what pixels show of an attribute: (height, width, channels) float32.
+
+    values: a list of arrays, one for each object of the scene, or one array for all, of (n,
+    channels) values at vertices, or (m, channels) of triangles where `at` is 'triangles'; where the
+    two sides have others, (n, 2, channels), the front first. interpolation: 'perspective' is
+    linear in space, 'screen' from pixel to pixel, but where a triangle reaches behind the eye.
+    nothing: what pixels show where nothing is. No value leaves the range of its triangle's
+    vertices. Raises ValueError for other words, shapes and types.
+    """
+    checks.choice('at', at, ('vertices', 'triangles'))
+    checks.choice('interpolation', interpolation, INTERPOLATIONS)
+    parts = values if isinstance(values, (list, tuple)) else [values]
+    parts = [_two_sided(f'values[{number}]', part) for number, part in enumerate(parts)]
+    checks.require(len({part.shape[2] for part in parts}) == 1, 'values',
+                   'of as many channels for each object', [part.shape[2] for part in parts])
+    numbers = np.concatenate(parts)
+    count = len(visibility.depths if at == 'vertices' else visibility.corners)
+    checks.require(len(numbers) == count, 'values', f'for all {count} {at} of the scene',
+                   len(numbers))
+    image = np.empty((*visibility.triangles.shape, numbers.shape[2]), np.float32)
+    _interpolate(visibility, numbers, at == 'triangles', interpolation == 'screen', nothing, image)
+    return image
+
+
+def _two_sided(name, values):
+    """Return values as (n, 2, channels) float64."""
+    array = np.asarray(values)
+    array = ranges.points(name, array, (None, 2, None) if array.ndim == 3 else (None, None))
+    array = array if array.ndim == 3 else np.repeat(array[:, None], 2, axis=1)
+    return np.ascontiguousarray(array, dtype=np.float64)
 
 
 @kernel
-def write_nothing(values, groups, table):
-    """Write the planes of the slot NOTHING, which are level."""
-    table[:groups * PLANE] = 0.0
-    for g in range(groups):
-        for lane in range(THREE):
-            value = values.nothing[g * CHANNELS + lane]
-            for field in (FIRST, LEAST, MOST):
-                table[np.uint64(g * PLANE + lane) + field] = value
+def _interpolate(visibility, values, at_triangles, is_on_screen, nothing, image):
+    triangles, is_back, weights, corners, depths = visibility
+    for row in range(image.shape[0]):
+        for column in range(image.shape[1]):
+            t = triangles[row, column]
+            if t < 0:
+                image[row, column] = nothing
+                continue
+            side = 1 if is_back[row, column] else 0
+            a, b, c = corners[t, 0], corners[t, 1], corners[t, 2]
+            of_b, of_c = float(weights[row, column, 0]), float(weights[row, column, 1])
+            of_a = 1.0 - of_b - of_c
+            if is_on_screen and min(depths[a], depths[b], depths[c]) > 0.0:
+                # Weights in space are those on the screen over depth, brought to a sum of 1.
+                of_a, of_b, of_c = of_a * depths[a], of_b * depths[b], of_c * depths[c]
+                whole = of_a + of_b + of_c
+                of_a, of_b, of_c = of_a / whole, of_b / whole, of_c / whole
+            for channel in range(image.shape[2]):
+                if at_triangles:
+                    image[row, column, channel] = values[t, side, channel]
+                else:
+                    at_a, at_b = values[a, side, channel], values[b, side, channel]
+                    at_c = values[c, side, channel]
+                    value = of_a * at_a + of_b * at_b + of_c * at_c
+                    least, most = min(at_a, at_b, at_c), max(at_a, at_b, at_c)
+                    image[row, column, channel] = min(max(value, least), most)
 
 
-@inner_kernel
-def write_planes(values, groups, table, slot, source, origin, weights):
+class Slots(NamedTuple):
     """
-    Write the planes of a slot for the first `groups` groups of attributes.
+    What pixels see, by the slot that they hold; of size 0 if nobody wants to know.
 
-    source: its vertices' numbers a, b, c, its triangle's and the side that is seen (0 or 1);
-    origin: column and row of its first pixel; weights: two times nine, planes of the barycentric
-    coordinates of a, b and c, linear on the screen, and the same times reversed Z.
+    faces: (slots,) int32, twice the triangle's number, one more if its back is seen; planes:
+    (slots, 6): of the weights of its second and third vertex, times reversed Z in perspective,
+    each at column 0 and row 0 of the image, and their changes a column and a row.
     """
-    a, b, c, triangle, side = source
-    screen, perspective = weights
-    for g in range(np.uint64(groups)):
-        place = (np.uint64(slot) * np.uint64(groups) + g) * np.uint64(PLANE)
-        first = values.first[g] + side * np.uint64(CHANNELS)
-        at = (a, b, c)
-        if values.at_triangles[g]:
-            at = (triangle, triangle, triangle)
-        if values.is_perspective[g]:
-            _write_group(values.numbers, first, at, perspective, table, place)
-        else:
-            _write_group(values.numbers, first, at, screen, table, place)
-        table[place + FIRST + LAST_LANE] = origin[0]
-        table[place + COLUMN + LAST_LANE] = origin[1]
+
+    faces: np.ndarray
+    planes: np.ndarray
+
+
+def new_slots(count: int) -> Slots:
+    """Make arrays for so many slots."""
+    return Slots(np.empty(count, np.int32), np.empty((count, 6)))
 
 
 @inner_kernel
-def _write_group(numbers, first, at, weights, table, place):
-    at_a = load(numbers, first + at[0] * np.uint64(2 * CHANNELS))
-    at_b = load(numbers, first + at[1] * np.uint64(2 * CHANNELS))
-    at_c = load(numbers, first + at[2] * np.uint64(2 * CHANNELS))
-    a, a_u, a_v, b, b_u, b_v, c, c_u, c_v = weights
-    store(table, place + FIRST, _mean(at_a, at_b, at_c, a, b, c))
-    store(table, place + COLUMN, _mean(at_a, at_b, at_c, a_u, b_u, c_u))
-    store(table, place + ROW, _mean(at_a, at_b, at_c, a_v, b_v, c_v))
-    store(table, place + LEAST, least(at_a, least(at_b, at_c)))
-    store(table, place + MOST, most(at_a, most(at_b, at_c)))
+def keep_slot(slots, slot, face, of_b, of_c, where):
+    """
+    Write a slot.
 
-
-@inner_kernel
-def _mean(at_a, at_b, at_c, of_a, of_b, of_c):
-    """Return the sum of three lanes, weighted, in float64, rounded to float32."""
-    return single(add_times(add_times(times(double(at_a), of_a), double(at_b), of_b),
-                            double(at_c), of_c))
+    of_b, of_c: planes: a value at column and row `where`, its changes a column and a row.
+    """
+    u, v = where
+    slots.faces[slot] = face
+    planes = slots.planes
+    planes[slot, 0] = of_b[0] - of_b[1] * u - of_b[2] * v
+    planes[slot, 1], planes[slot, 2] = of_b[1], of_b[2]
+    planes[slot, 3] = of_c[0] - of_c[1] * u - of_c[2] * v
+    planes[slot, 4], planes[slot, 5] = of_c[1], of_c[2]
 
 
 @kernel
-def darken(table, slot, darker, groups, factor):
-    """Write the planes of slot `darker`: those of `slot`, red, green and blue times a factor."""
-    source, target = slot * groups * PLANE, darker * groups * PLANE
-    for k in range(groups * PLANE):
-        is_colour = k < PLANE and k % CHANNELS < THREE
-        table[target + k] = table[source + k] * (factor if is_colour else np.float32(1.0))
+def write_visibility(numbers, depths, area, is_perspective, slots, images):
+    """
+    Write what an Area's pixels see.
+
+    numbers, depths: the slot and depth buffers; images: triangles, is_back and weights.
+    """
+    triangles, is_back, weights = images
+    faces, planes = slots
+    for row in range(area.first, area.first + area.rows):
+        v = area.top + row
+        for u in range(area.left, area.right):
+            slot = numbers[row * area.stride + u]
+            if slot == NOTHING:
+                triangles[v, u] = -1
+                is_back[v, u] = False
+                weights[v, u, 0] = weights[v, u, 1] = 0.0
+                continue
+            triangles[v, u], is_back[v, u] = faces[slot] >> 1, (faces[slot] & 1) == 1
+            divisor = float(depths[row * area.stride + u]) if is_perspective else 1.0
+            of_b = (planes[slot, 0] + planes[slot, 1] * u + planes[slot, 2] * v) / divisor
+            of_c = (planes[slot, 3] + planes[slot, 4] * u + planes[slot, 5] * v) / divisor
+            of_b = min(max(of_b, 0.0), 1.0)
+            weights[v, u, 0] = of_b
+            weights[v, u, 1] = min(max(of_c, 0.0), 1.0 - of_b)
 
 
 class Area(NamedTuple):
@@ -135,53 +188,3 @@ class Area(NamedTuple):
     left: int
     right: int
     stride: int
-
-
-@kernel
-def resolve_colours(slots, depths, area, values, groups, table, words):
-    """
-    Write what pixels show of group 0 as colours: words, red lowest.
-
-    slots, depths: what visibility left.
-    """
-    top, begin, rows, left, right, stride = area
-    step, is_perspective = np.uint64(groups * PLANE), values.is_perspective[0]
-    for row in range(begin, begin + rows):
-        first, v = np.uint64(row * stride), np.float32(top + row)
-        for j in range(np.uint64(left), np.uint64(right)):
-            lanes = _lanes_at(table, slots[first + j] * step, np.float32(np.int32(j)), v,
-                              depths[first + j], is_perspective)
-            words[first + j] = pack(lanes)
-
-
-@kernel
-def resolve_channels(slots, depths, area, values, group, table, image):
-    """
-    Write what pixels show of another group into an image.
-
-    image: (height, width, CHANNELS) float32, of which the area's rows and columns are written.
-    """
-    top, begin, rows, left, right, stride = area
-    groups, is_perspective = values.first.size, values.is_perspective[group]
-    flat, width = image.reshape(-1), image.shape[1]
-    for row in range(begin, begin + rows):
-        first, v = np.uint64(row * stride), np.float32(top + row)
-        target = np.uint64((top + row) * width)
-        for j in range(np.uint64(left), np.uint64(right)):
-            place = (slots[first + j] * np.uint64(groups) + np.uint64(group)) * np.uint64(PLANE)
-            lanes = _lanes_at(table, place, np.float32(np.int32(j)), v, depths[first + j],
-                              is_perspective)
-            store(flat, (target + j) * np.uint64(CHANNELS), lanes)
-
-
-@inner_kernel
-def _lanes_at(table, place, u, v, reversed_z, is_perspective):
-    """Return the channels of planes at column u, row v."""
-    place = np.uint64(place)
-    u -= table[place + FIRST + LAST_LANE]
-    v -= table[place + COLUMN + LAST_LANE]
-    lanes = add_times(load(table, place + FIRST), load(table, place + ROW), v)
-    lanes = add_times(lanes, load(table, place + COLUMN), u)
-    if is_perspective:
-        lanes = times(lanes, np.float32(1.0) / reversed_z)
-    return least(most(lanes, load(table, place + LEAST)), load(table, place + MOST))

@@ -23,36 +23,29 @@ pieces that overlap in part, or under a mask, wait for memory.
 """
 from typing import NamedTuple
 
-from flag_sim.drawing.attributes import write_planes
+from flag_sim.drawing.attributes import keep_slot
 from flag_sim.drawing.coverage import edge_function
 from flag_sim.drawing.culling import MEDIUM
 from flag_sim.drawing.geometry import next_centre, SUBPIXELS
+from flag_sim.drawing.pixels import hold, LANES, pack, WHOLE
 from flag_sim.kernels import inner_kernel, kernel
 
 import numpy as np
 
 BATCH = 64
-# Pixels in a vector of 256 bits, and the mask that rounds down to whole vectors.
-LANES = 8
-WHOLE = np.uint64(2 ** 64 - LANES)
-# Fields of a triangle: corner a and the ways from it to b and c [subpixels], ...
+# Whole numbers of a triangle: corner a and the ways from it to b and c [subpixels], ...
 A_U, A_V, P_U, P_V, Q_U, Q_V = (np.uint64(k * BATCH) for k in range(6))
-# ... the numbers of its vertices, its own, and the side that is seen, ...
-A, B, C, TRIANGLE, SIDE = (np.uint64(k * BATCH) for k in range(6, 11))
-# ... three edge functions at the first pixel, their changes a column and a row, the columns' start
-# and number, rows' start and end.
-EDGE, EDGE_U, EDGE_V = (np.uint64((11 + 3 * k) * BATCH) for k in range(3))
-LEFT, COUNT, TOP, END = (np.uint64(k * BATCH) for k in range(20, 24))
-WHOLE_FIELDS = 24
-# Reversed Z at a, b and c; the weights of b and c: at the first pixel, their changes a column and
-# a row.
-S_A, S_B, S_C, OF_B, OF_B_U, OF_B_V, OF_C, OF_C_U, OF_C_V = (
-    np.uint64(k * BATCH) for k in range(9))
-DOUBLE_FIELDS = 9
-# Reversed Z at the first pixel, its changes a column and a row, its least and most.
-S, S_U, S_V, S_LEAST, S_MOST = (np.uint64(k * BATCH) for k in range(5))
-SINGLE_FIELDS = 5
-ONE, TWO = np.uint64(BATCH), np.uint64(2 * BATCH)
+# ... three edge functions at the first pixel, their changes a column and a row, ...
+EDGE, EDGE_U, EDGE_V = (np.uint64((6 + 3 * k) * BATCH) for k in range(3))
+# ... the columns' start and number, rows' start and end, twice its number and the side seen.
+LEFT, COUNT, TOP, END, FACE = (np.uint64(k * BATCH) for k in range(15, 20))
+WHOLE_FIELDS = 20
+# At a, b and c: reversed Z, red, green, blue.
+VALUE_FIELDS = 12
+# Reversed Z, red, green, blue: each at the first pixel, its changes a column and a row; then,
+# from BOUND on, the least and the most of each.
+PLANE_FIELDS, BOUND = 20, np.uint64(12 * BATCH)
+ONE, TWO, THREE, FOUR, EIGHT = (np.uint64(k * BATCH) for k in (1, 2, 3, 4, 8))
 ZERO = np.int32(0)
 # More than a quotient below 100 is wrong by, less than one of whole numbers below 2^23 can be
 # beside a whole number.
@@ -63,42 +56,42 @@ class Batch(NamedTuple):
     """A batch's fields, BATCH places each: flat int32, float64 and float32."""
 
     whole: np.ndarray
-    doubles: np.ndarray
-    singles: np.ndarray
+    values: np.ndarray
+    planes: np.ndarray
 
 
 def new_batch() -> Batch:
     """Make a batch's arrays."""
-    return Batch(np.empty(WHOLE_FIELDS * BATCH, np.int32), np.empty(DOUBLE_FIELDS * BATCH),
-                 np.empty(SINGLE_FIELDS * BATCH, np.float32))
+    return Batch(np.empty(WHOLE_FIELDS * BATCH, np.int32), np.empty(VALUE_FIELDS * BATCH),
+                 np.empty(PLANE_FIELDS * BATCH, np.float32))
 
 
 @kernel
-def draw_batch(geometry, numbers, how, values, table, slot, target, batch):
+def draw_batch(geometry, colours, numbers, how, slot, target, batch):
     """
     Draw triangles of one size, SMALL or MEDIUM, with `numbers`, at most BATCH of them.
 
-    how, target: see visibility; values, table: of attributes; slot: the first that is free.
-    Returns the next one.
+    colours, how, target: see visibility; slot: the first that is free. Returns the next one.
     """
     size = geometry.sizes[numbers[0]]
-    kept = _fetch(geometry, numbers, how, batch)
-    _set_up(kept, target.width, batch)
-    _set_attributes(kept, values, how.groups, table, slot, batch)
+    kept = _fetch(geometry, colours, numbers, how, batch)
+    _set_up(kept, target.width, how.is_perspective_correct, batch)
+    if target.numbers.size > 0:
+        _keep_slots(kept, geometry.lens.is_perspective, slot, target.slots, batch)
     if size == MEDIUM:
-        _draw_needed_blocks(kept, batch, how.ceiling, slot, target)
+        _draw_needed_blocks(kept, batch, how, slot, target)
     else:
-        _draw_all_blocks(kept, batch, how.ceiling, slot, target)
+        _draw_all_blocks(kept, batch, how, slot, target)
     return slot + np.int64(kept)
 
 
 @inner_kernel
-def _fetch(geometry, numbers, how, batch):
+def _fetch(geometry, colours, numbers, how, batch):
     """Gather what is known of the corners; backs of closed bodies are left out."""
     triangles, is_closed, vertices = geometry.triangles, geometry.is_closed, geometry.vertices
     u, v, reversed_z = vertices.u, vertices.v, vertices.reversed_z
     shift_u, shift_v = how.shift_u, how.shift_v
-    whole, doubles = batch.whole, batch.doubles
+    whole, values, colour, is_flat = batch.whole, batch.values, colours.values, colours.is_flat
     kept = np.uint64(0)
     for k in range(np.uint64(numbers.size)):
         t = np.uint64(numbers[k])
@@ -112,18 +105,25 @@ def _fetch(geometry, numbers, how, batch):
         whole[A_U + kept], whole[A_V + kept] = au, av
         whole[P_U + kept], whole[P_V + kept] = pu, pv
         whole[Q_U + kept], whole[Q_V + kept] = qu, qv
-        whole[A + kept], whole[B + kept], whole[C + kept] = a, b, c
-        whole[TRIANGLE + kept], whole[SIDE + kept] = t, side
-        doubles[S_A + kept], doubles[S_B + kept] = reversed_z[a], reversed_z[b]
-        doubles[S_C + kept] = reversed_z[c]
+        whole[FACE + kept] = np.uint64(2) * t + side
+        at_a, at_b, at_c = (t, t, t) if is_flat else (a, b, c)
+        sa, sb, sc = reversed_z[a], reversed_z[b], reversed_z[c]
+        values[kept], values[kept + FOUR], values[kept + EIGHT] = sa, sb, sc
+        # Perspective-correct colours are interpolated multiplied by 1 / z.
+        wa, wb, wc = (sa, sb, sc) if how.is_perspective_correct else (1.0, 1.0, 1.0)
+        for channel in range(3):
+            place = kept + np.uint64((1 + channel) * BATCH)
+            values[place] = wa * colour[at_a, side, channel]
+            values[place + FOUR] = wb * colour[at_b, side, channel]
+            values[place + EIGHT] = wc * colour[at_c, side, channel]
         kept += np.uint64((side == 0) | (is_closed[t] == 0))
     return kept
 
 
 @inner_kernel
-def _set_up(count, width, batch):
-    """Make edge functions, the plane of reversed Z and those of the weights of b and c."""
-    whole, doubles, singles = batch
+def _set_up(count, width, is_perspective_correct, batch):
+    """Make edge functions and planes; each value q is q_0 + q_u (u - ua) + q_v (v - va)."""
+    whole, values, planes = batch
     full = np.int32(SUBPIXELS)
     for k in range(count):
         au, av = whole[A_U + k], whole[A_V + k]
@@ -153,38 +153,52 @@ def _set_up(count, width, batch):
         whole[EDGE_U + TWO + k], whole[EDGE_V + TWO + k] = change_u, change_v
 
         share = SUBPIXELS / area
-        bu, bv, cu, cv = qv * share, -qu * share, -pv * share, pu * share
-        x, y = du / SUBPIXELS, dv / SUBPIXELS
-        doubles[OF_B + k], doubles[OF_B_U + k], doubles[OF_B_V + k] = bu * x + bv * y, bu, bv
-        doubles[OF_C + k], doubles[OF_C_U + k], doubles[OF_C_V + k] = cu * x + cv * y, cu, cv
-        a, b, c = doubles[S_A + k], doubles[S_B + k], doubles[S_C + k]
-        change_u, change_v = (b - a) * bu + (c - a) * cu, (b - a) * bv + (c - a) * cv
-        singles[S + k] = a + change_u * x + change_v * y
-        singles[S_U + k], singles[S_V + k] = change_u, change_v
-        singles[S_LEAST + k], singles[S_MOST + k] = min(a, b, c), max(a, b, c)
+        way = qv * share, -qu * share, -pv * share, pu * share, du / SUBPIXELS, dv / SUBPIXELS
+        # Four values, written out: LLVM vectorises no loop that has another one inside.
+        _plane(values, planes, k, np.uint64(0), way, False)
+        _plane(values, planes, k, np.uint64(1), way, is_perspective_correct)
+        _plane(values, planes, k, np.uint64(2), way, is_perspective_correct)
+        _plane(values, planes, k, np.uint64(3), way, is_perspective_correct)
 
 
 @inner_kernel
-def _set_attributes(count, values, groups, table, slot, batch):
-    """Write the attributes' planes of the batch's triangles."""
-    whole, doubles = batch.whole, batch.doubles
-    for k in range(count):
-        source = (np.uint64(whole[A + k]), np.uint64(whole[B + k]), np.uint64(whole[C + k]),
-                  np.uint64(whole[TRIANGLE + k]), np.uint64(whole[SIDE + k]))
-        origin = np.float32(whole[LEFT + k]), np.float32(whole[TOP + k])
-        b, b_u, b_v = doubles[OF_B + k], doubles[OF_B_U + k], doubles[OF_B_V + k]
-        c, c_u, c_v = doubles[OF_C + k], doubles[OF_C_U + k], doubles[OF_C_V + k]
-        a, a_u, a_v = 1.0 - b - c, -b_u - c_u, -b_v - c_v
-        s_a, s_b, s_c = doubles[S_A + k], doubles[S_B + k], doubles[S_C + k]
-        screen = a, a_u, a_v, b, b_u, b_v, c, c_u, c_v
-        perspective = (a * s_a, a_u * s_a, a_v * s_a, b * s_b, b_u * s_b, b_v * s_b,
-                       c * s_c, c_u * s_c, c_v * s_c)
-        write_planes(values, groups, table, slot + np.int64(k), source, origin,
-                     (screen, perspective))
+def _plane(values, planes, k, q, way, is_times_s):
+    """
+    Make the plane of value q, and its bounds, in which it does not come times reversed Z.
+
+    way: the weights of b and c, their changes along u and v, and the way from a to the first pixel.
+    """
+    bu, bv, cu, cv, x, y = way
+    place = q * ONE + k
+    a, b, c = values[place], values[place + FOUR], values[place + EIGHT]
+    change_u, change_v = (b - a) * bu + (c - a) * cu, (b - a) * bv + (c - a) * cv
+    place = q * THREE + k
+    planes[place] = a + change_u * x + change_v * y
+    planes[place + ONE], planes[place + TWO] = change_u, change_v
+    if is_times_s:
+        a, b, c = a / values[k], b / values[FOUR + k], c / values[EIGHT + k]
+    place = BOUND + q * TWO + k
+    planes[place], planes[place + ONE] = min(a, b, c), max(a, b, c)
 
 
 @kernel
-def _draw_all_blocks(count, batch, ceiling, slot, target):
+def _keep_slots(count, is_perspective, slot, slots, batch):
+    """Write which triangles have the slots from `slot` on."""
+    whole, values = batch.whole, batch.values
+    for k in range(count):
+        pu, pv = np.int64(whole[P_U + k]), np.int64(whole[P_V + k])
+        qu, qv = np.int64(whole[Q_U + k]), np.int64(whole[Q_V + k])
+        area = pu * qv - qu * pv
+        share = SUBPIXELS / area if area != 0 else 0.0
+        s_b, s_c = (values[FOUR + k], values[EIGHT + k]) if is_perspective else (1.0, 1.0)
+        keep_slot(slots, slot + np.int64(k), whole[FACE + k],
+                  (0.0, s_b * qv * share, -s_b * qu * share),
+                  (0.0, -s_c * pv * share, s_c * pu * share),
+                  (whole[A_U + k] / SUBPIXELS, whole[A_V + k] / SUBPIXELS))
+
+
+@kernel
+def _draw_all_blocks(count, batch, how, slot, target):
     """Draw all blocks of the rows of the batch's triangles."""
     whole, begin, end, stride = batch.whole, target.top, target.end, target.stride
     for k in range(count):
@@ -193,12 +207,12 @@ def _draw_all_blocks(count, batch, ceiling, slot, target):
         for row in range(max(top, begin), min(whole[END + k], end)):
             first = np.uint64((row - begin) * stride + whole[LEFT + k])
             # From the triangle's own first row, so that bands make no difference.
-            _draw_row(k, np.int32(row - top), (np.uint64(0), columns, first), batch, ceiling,
-                      np.uint32(slot + np.int64(k)), target)
+            _draw_row(k, np.int32(row - top), (np.uint64(0), columns, first), batch, how,
+                      slot + np.int64(k), target)
 
 
 @kernel
-def _draw_needed_blocks(count, batch, ceiling, slot, target):
+def _draw_needed_blocks(count, batch, how, slot, target):
     """Draw the same, but of each row only the blocks that can have pixels inside."""
     whole, begin, end, stride = batch.whole, target.top, target.end, target.stride
     for k in range(count):
@@ -221,32 +235,51 @@ def _draw_needed_blocks(count, batch, ceiling, slot, target):
                 start = np.uint64(inner) & WHOLE
                 stop = min((np.uint64(last) + np.uint64(LANES)) & WHOLE, columns)
                 first = np.uint64((row - begin) * stride + whole[LEFT + k]) + start
-                _draw_row(k, y, (start, stop - start, first), batch, ceiling,
-                          np.uint32(slot + np.int64(k)), target)
+                _draw_row(k, y, (start, stop - start, first), batch, how, slot + np.int64(k),
+                          target)
 
 
 @inner_kernel
-def _draw_row(k, y, run, batch, ceiling, slot, target):
+def _draw_row(k, y, run, batch, how, slot, target):
     """Draw row y of triangle k: run says from which column, how many, and the first pixel."""
     start, columns, first = run
-    whole, _, singles = batch
-    depths, slots = target.depths, target.slots
+    whole, _, planes = batch
+    depths, words, numbers = target.depths, target.words, target.numbers
+    keeps_slots, slot = numbers.size > 0, np.uint32(slot)
+    ceiling, is_perspective_correct = how.ceiling, how.is_perspective_correct
     a_u, b_u, c_u = whole[EDGE_U + k], whole[EDGE_U + ONE + k], whole[EDGE_U + TWO + k]
     a = _along(whole[EDGE + k], y, whole[EDGE_V + k])
     b = _along(whole[EDGE + ONE + k], y, whole[EDGE_V + ONE + k])
     c = _along(whole[EDGE + TWO + k], y, whole[EDGE_V + TWO + k])
-    s, s_u = singles[S + k] + singles[S_V + k] * np.float32(y), singles[S_U + k]
-    least, most = singles[S_LEAST + k], singles[S_MOST + k]
+    s, ds, s_least, s_most = _value(planes, k, np.uint64(0), y)
+    red, dr, r_least, r_most = _value(planes, k, np.uint64(1), y)
+    green, dg, g_least, g_most = _value(planes, k, np.uint64(2), y)
+    blue, db, b_least, b_most = _value(planes, k, np.uint64(3), y)
     for j in range(columns & WHOLE):
         n = np.int32(np.int32(start) + np.int32(j))
+        i = np.float32(n)
         there = depths[first + j]
         is_inside = (_along(a, n, a_u) | _along(b, n, b_u) | _along(c, n, c_u)) >= 0
-        here = min(max(s + s_u * np.float32(n), least), most) if is_inside else np.float32(-np.inf)
+        here = hold(s + ds * i, s_least, s_most) if is_inside else np.float32(-np.inf)
         is_seen = here > min(there, ceiling)
         # Stored whether it is new or not: LLVM would mask a store under a condition.
         depths[first + j] = here if is_seen else there
         if is_seen:
-            slots[first + j] = slot
+            # Perspective-correct colours come times 1 / z (Heckbert, 1989).
+            depth = np.float32(1.0) / here if is_perspective_correct else np.float32(1.0)
+            words[first + j] = pack(hold((red + dr * i) * depth, r_least, r_most),
+                                    hold((green + dg * i) * depth, g_least, g_most),
+                                    hold((blue + db * i) * depth, b_least, b_most))
+            if keeps_slots:
+                numbers[first + j] = slot
+
+
+@inner_kernel
+def _value(planes, k, q, y):
+    """Return value q in row y at the first column, its change a column, its least and most."""
+    place, bound = q * THREE + k, BOUND + q * TWO + k
+    return (planes[place] + planes[place + TWO] * np.float32(y), planes[place + ONE],
+            planes[bound], planes[bound + ONE])
 
 
 @inner_kernel

@@ -14,9 +14,9 @@
 
 """The frame that is the result, and how a band's pixels get there."""
 import dataclasses
-from typing import Mapping, NamedTuple
+from typing import NamedTuple
 
-from flag_sim.drawing.lanes import CHANNELS
+from flag_sim.drawing.attributes import Visibility
 from flag_sim.kernels import kernel
 
 import numpy as np
@@ -28,36 +28,37 @@ class Frame:
     What a camera saw.
 
     colour: (height, width, 3) uint8, C-contiguous; depth: (height, width) float32, along the
-    optical axis at the pixels' centres [m], +inf where nothing is, or None if it was not asked
-    for; channels: by the names of the attributes that were asked for, (height, width, channels)
-    float32. All are read-only, and the picture that drew them draws its next frame into the same
-    memory: `copy()` what must stay.
+    optical axis at the pixels' centres [m], +inf where nothing is; visibility: which triangle
+    each pixel sees, from which all else that it shows can be interpolated. The last two are None
+    if they were not asked for. The arrays are read-only, and the picture that drew them draws its
+    next frame into the same memory: `copy()` what must stay.
     """
 
     colour: np.ndarray
     depth: np.ndarray = None
-    channels: Mapping[str, np.ndarray] = dataclasses.field(default_factory=dict)
+    visibility: Visibility = None
 
     def copy(self) -> 'Frame':
         """Return the same in memory of its own."""
         return Frame(self.colour.copy(), None if self.depth is None else self.depth.copy(),
-                     {name: image.copy() for name, image in self.channels.items()})
+                     None if self.visibility is None else
+                     Visibility(*(array.copy() for array in self.visibility)))
 
 
 class Images(NamedTuple):
     """
     The memory of a frame, for the kernels.
 
-    rgb, rgb_words: flat, as bytes and as uint32; depth: (height, width) float32, and
-    channels: (groups - 1, height, width, CHANNELS) float32, both of size 0 if they are not
-    wanted; drawn: (2, bands) int32, first column and end of what the last frame drew in each
-    band, so that only that is emptied.
+    rgb, rgb_words: flat, the same memory as bytes and as uint32; depth: (height, width) float32;
+    seen: triangles, is_back and weights of a Visibility; depth and these are of size 0 if they
+    are not wanted; drawn: (2, bands) int32, first column and end of what the last frame drew in
+    each band, so that only that is emptied.
     """
 
     rgb: np.ndarray
     rgb_words: np.ndarray
     depth: np.ndarray
-    channels: np.ndarray
+    seen: tuple
     drawn: np.ndarray
 
 
@@ -66,57 +67,47 @@ class Framebuffer:
 
     def __init__(self, width, height, bands, clear_colour):
         """Make an image that is to be written as a whole by the next frame."""
-        self.shape = height, width
-        self.clear_colour = clear_colour
-        pixels = width * height
+        self.kind = width, height, clear_colour
+        self._shape = height, width
         # Colours are turned into bytes four at a time.
-        self._words = np.empty(-(-pixels // 4) * 3, np.uint32)
+        self._words = np.empty(-(-width * height // 4) * 3, np.uint32)
         self._bytes = self._words.view(np.uint8)
-        self._depth, self._channels = np.empty((0, 0), np.float32), _no_channels(0, (0, 0))
-        self._nothing = np.empty(0, np.float32)
+        self._rgb = self._bytes[:3 * height * width].reshape(height, width, 3)
+        self._rgb.flags.writeable = False
+        self._depth, self._seen = np.empty((0, 0), np.float32), _seen(0, 0)
         self._drawn = np.tile(np.array([[0], [width]], np.int32), bands)
 
-    def images(self, with_depth, nothing):
-        """
-        Return the Images for a frame.
-
-        nothing: (groups CHANNELS,) float32, what pixels show where nothing is, of all groups.
-        What the last frame was not drawn into is made anew.
-        """
+    def images(self, with_depth, with_visibility):
+        """Return the Images for a frame; those that the last one did not draw are made anew."""
         if not with_depth:
-            self._depth = np.empty((0, 0), np.float32)
+            self._depth = self._depth[:0]
         elif not self._depth.size:
-            self._depth = np.full(self.shape, np.inf, np.float32)
-        if not np.array_equal(nothing, self._nothing, equal_nan=True):
-            self._nothing = nothing.copy()
-            self._channels = _no_channels(nothing.size // CHANNELS - 1, self.shape)
-            self._channels[:] = nothing.reshape(-1, 1, 1, CHANNELS)[1:]
-        return Images(self._bytes, self._words, self._depth, self._channels, self._drawn)
+            self._depth = np.full(self._shape, np.inf, np.float32)
+        if with_visibility != bool(self._seen[0].size):
+            self._seen = _seen(*self._shape) if with_visibility else _seen(0, 0)
+        return Images(self._bytes, self._words, self._depth, self._seen, self._drawn)
 
-    def frame(self, names):
-        """Return the Frame; names: {name: (first group, channels)} of the attributes."""
-        height, width = self.shape
-        images = {name: _joined(self._channels[first - 1:], channels)
-                  for name, (first, channels) in names.items()}
-        colour = self._bytes[:3 * height * width].reshape(height, width, 3)
-        depth = self._depth.view() if self._depth.size else None
-        for image in (colour, depth, *images.values()):
-            if image is not None:
-                image.flags.writeable = False
-        return Frame(colour, depth, images)
+    def frame(self, geometry):
+        """Return the Frame of what was drawn of a Geometry."""
+        depth = visibility = None
+        if self._depth.size:
+            depth = _read_only(self._depth)
+        if self._seen[0].size:
+            visibility = Visibility(*map(_read_only, self._seen), geometry.triangles,
+                                    geometry.vertices.seen[:, 2].copy())
+        return Frame(self._rgb, depth, visibility)
 
 
-def _no_channels(groups, shape):
-    return np.empty((groups, *shape, CHANNELS), np.float32)
+def _seen(height, width):
+    """Return triangles, is_back and weights of pixels that see nothing."""
+    return (np.full((height, width), -1, np.int32), np.zeros((height, width), np.bool_),
+            np.zeros((height, width, 2), np.float32))
 
 
-def _joined(groups, channels):
-    """Return the first channels of groups of three as one image: (height, width, channels)."""
-    three = CHANNELS - 1
-    if channels <= three:
-        return groups[0][..., :channels]
-    return np.concatenate([group[..., :three] for group in groups[:-(-channels // three)]],
-                          axis=-1)[..., :channels]
+def _read_only(array):
+    view = array.view()
+    view.flags.writeable = False
+    return view
 
 
 @kernel
@@ -143,11 +134,10 @@ def write_rgb(words, area, width, rgb, rgb_words):
     faster than byte by byte. The bytes are in order where the lowest byte of a word stands
     first, as on all machines that ROS 2 supports.
     """
-    top, begin_row, rows, left, right, stride = area
-    for row in range(begin_row, begin_row + rows):
+    for row in range(area.first, area.first + area.rows):
         # Pixel p of the image stands at p - offset.
-        offset = (top + row) * width - row * stride
-        begin, end = (top + row) * width + left, (top + row) * width + right
+        offset = (area.top + row) * width - row * area.stride
+        begin, end = (area.top + row) * width + area.left, (area.top + row) * width + area.right
         first, last = (begin + 3) // 4 * 4, end // 4 * 4
         if first >= last:
             first = last = end
@@ -164,8 +154,8 @@ def write_rgb(words, area, width, rgb, rgb_words):
 
 
 @kernel
-def _write_bytes(words, begin, end, offset, out):
+def _write_bytes(words, begin, end, offset, rgb):
     for p in range(begin, end):
         word = words[p - offset]
         for channel in range(3):
-            out[3 * p + channel] = np.uint8(word >> np.uint32(8 * channel) & np.uint32(255))
+            rgb[3 * p + channel] = np.uint8(word >> np.uint32(8 * channel) & np.uint32(255))

@@ -20,18 +20,15 @@ beside it.
 """
 from typing import NamedTuple
 
-from flag_sim.drawing.attributes import write_planes
+from flag_sim.drawing.attributes import keep_slot
 from flag_sim.drawing.clipping import clip, CORNER_FIELDS, INSIDE, MOST_CORNERS
 from flag_sim.drawing.coverage import edge_function, end_inside, first_inside
 from flag_sim.drawing.geometry import next_centre, SUBPIXELS, to_screen
+from flag_sim.drawing.pixels import hold, LANES, pack, WHOLE
 from flag_sim.kernels import inner_kernel, kernel
 
 import numpy as np
 
-LANES = 8
-WHOLE = np.uint64(2 ** 64 - LANES)
-# Corners in polygons: u, v [subpixel], reversed Z, and the weights of the triangle's second and
-# third vertex, linear in space.
 PLACES = MOST_CORNERS + 1
 
 
@@ -39,24 +36,28 @@ class Polygon(NamedTuple):
     """
     What is seen of a triangle.
 
-    corners: (2, PLACES, CORNER_FIELDS), for clipping; u, v: (PLACES,) int64 [subpixel];
-    reversed_z: (PLACES,).
+    corners: (2, PLACES, CORNER_FIELDS), see clipping; u, v: (PLACES,) int64 [subpixel]; values:
+    (PLACES, 6): reversed Z, red, green, blue, the last three times it where they are interpolated
+    so, and the weights of the triangle's second and third vertex, in perspective times it; planes: (6, 5): of each value at
+    corner 0, its changes a column and a row, its least and its most (of colours: not times
+    reversed Z).
     """
 
     corners: np.ndarray
     u: np.ndarray
     v: np.ndarray
-    reversed_z: np.ndarray
+    values: np.ndarray
+    planes: np.ndarray
 
 
 def new_polygon() -> Polygon:
     """Make a polygon's arrays."""
     return Polygon(np.empty((2, PLACES, CORNER_FIELDS)), *np.empty((2, PLACES), np.int64),
-                   np.empty(PLACES))
+                   np.empty((PLACES, 6)), np.empty((6, 5)))
 
 
 @kernel
-def cut_out(geometry, triangle, how, polygon):
+def cut_out(geometry, colours, triangle, how, polygon):
     """
     Put what is seen of a triangle in the polygon; return its number of corners and its side.
 
@@ -72,23 +73,35 @@ def cut_out(geometry, triangle, how, polygon):
         side = _side_of_view(vertices.seen, a, b, c, lens.is_perspective)
     if side < 0 or (side == 1 and geometry.is_closed[triangle]):
         return 0, 0
-    corners, u, v, reversed_z = polygon
+    corners, u, v, values, _ = polygon
     for k in range(3):
         vertex = triangles[triangle, k]
         for axis in range(3):
             corners[0, k, axis] = vertices.seen[vertex, axis]
         for half in range(2):
             corners[half, k, 3], corners[half, k, 4] = np.float64(k == 1), np.float64(k == 2)
-        u[k], v[k] = vertices.u[vertex] - how.shift_u, vertices.v[vertex] - how.shift_v
-        reversed_z[k] = vertices.reversed_z[vertex]
-    if is_whole:
-        return 3, side
-    count = clip(corners, lens.near, lens.is_perspective)
+        u[k], v[k] = vertices.u[vertex], vertices.v[vertex]
+        values[k, 0] = vertices.reversed_z[vertex]
+    count = 3 if is_whole else clip(corners, lens.near, lens.is_perspective)
+    colour = colours.values
+    if colours.is_flat:
+        a = b = c = triangle
     for k in range(count):
-        sub_u, sub_v, reversed_z[k] = to_screen(corners[1, k, 0], corners[1, k, 1],
-                                                corners[1, k, 2], lens.cu, lens.cv,
-                                                lens.is_perspective)
-        u[k], v[k] = sub_u - how.shift_u, sub_v - how.shift_v
+        if not is_whole:
+            u[k], v[k], values[k, 0] = to_screen(
+                corners[1, k, 0], corners[1, k, 1], corners[1, k, 2], lens.cu, lens.cv,
+                lens.is_perspective)
+        u[k] -= how.shift_u
+        v[k] -= how.shift_v
+        of_b, of_c = corners[1, k, 3], corners[1, k, 4]
+        times = values[k, 0] if how.is_perspective_correct else 1.0
+        for channel in range(3):
+            at_a = colour[a, side, channel]
+            values[k, 1 + channel] = times * (
+                at_a + of_b * (colour[b, side, channel] - at_a)
+                + of_c * (colour[c, side, channel] - at_a))
+        times = values[k, 0] if lens.is_perspective else 1.0
+        values[k, 4], values[k, 5] = times * of_b, times * of_c
     return count, side
 
 
@@ -115,85 +128,103 @@ def _side_of_view(view, a, b, c, is_perspective):
 
 
 @kernel
-def draw_large(polygon, last, source, how, values, table, slot, target):
+def draw_large(polygon, last, face, how, slot, target):
     """
     Draw the triangle of a polygon's corners 0, last - 1 and last.
 
-    source: see attributes; how, target: see visibility; table: planes of slot `slot` are written.
-    Returns whether it does that, as it does if anything of the triangle can be seen.
+    face: twice the number of the triangle that it is of, and the side; how, target: see
+    visibility. Returns whether slot `slot` is taken now.
     """
-    corners, u, v, reversed_z = polygon
+    _, u, v, values, planes = polygon
     b, c = last - 1, last
     au, av = u[0], v[0]
     pu, pv, qu, qv = u[b] - au, v[b] - av, u[c] - au, v[c] - av
     area = pu * qv - qu * pv
     left = max(next_centre(au + min(pu, qu, 0)), 0)
     right = min(next_centre(au + max(pu, qu, 0)), target.width)
-    top, end = next_centre(av + min(pv, qv, 0)), next_centre(av + max(pv, qv, 0))
-    top = max(top, 0)
+    top, end = max(next_centre(av + min(pv, qv, 0)), 0), next_centre(av + max(pv, qv, 0))
     begin, stop = max(top, target.top), min(end, target.end)
     # Lines of an outline may lie in other pixels than the triangle.
     if area == 0 or (not how.is_outlined and (left >= right or begin >= stop)):
         return False
     share = SUBPIXELS / area
     bu, bv, cu, cv = qv * share, -qu * share, -pv * share, pu * share
-    du, dv = left * SUBPIXELS - au, top * SUBPIXELS - av
-    x, y = du / SUBPIXELS, dv / SUBPIXELS
-    slopes = bu, bv, cu, cv, x, y
-    of_b = _plane(corners[1, 0, 3], corners[1, b, 3], corners[1, c, 3], slopes)
-    of_c = _plane(corners[1, 0, 4], corners[1, b, 4], corners[1, c, 4], slopes)
-    of_a = 1.0 - of_b[0] - of_c[0], -of_b[1] - of_c[1], -of_b[2] - of_c[2]
-    sa, sb, sc = reversed_z[0], reversed_z[b], reversed_z[c]
-    s = _plane(sa, sb, sc, slopes)
-    s_b = _plane(sa * corners[1, 0, 3], sb * corners[1, b, 3], sc * corners[1, c, 3], slopes)
-    s_c = _plane(sa * corners[1, 0, 4], sb * corners[1, b, 4], sc * corners[1, c, 4], slopes)
-    s_a = s[0] - s_b[0] - s_c[0], s[1] - s_b[1] - s_c[1], s[2] - s_b[2] - s_c[2]
-    write_planes(values, how.groups, table, slot, source, (np.float32(left), np.float32(top)),
-                 (of_a + of_b + of_c, s_a + s_b + s_c))
-
+    for q in range(4):
+        _plane(polygon, (0, b, c), q, (bu, bv, cu, cv),
+               q > 0 and how.is_perspective_correct)
+    if target.numbers.size > 0:
+        for q in range(4, 6):
+            _plane(polygon, (0, b, c), q, (bu, bv, cu, cv), False)
+        keep_slot(target.slots, slot, face, (planes[4, 0], planes[4, 1], planes[4, 2]),
+                  (planes[5, 0], planes[5, 1], planes[5, 2]), (au / SUBPIXELS, av / SUBPIXELS))
     sign = 1 if area > 0 else -1
+    du, dv = left * SUBPIXELS - au, top * SUBPIXELS - av
     edges = ((edge_function(-pv * sign, pu * sign, du, dv), -pv * sign, pu * sign),
              (edge_function(qv * sign, -qu * sign, du, dv), qv * sign, -qu * sign),
              (edge_function((pv - qv) * sign, (qu - pu) * sign, du - pu, dv - pv),
               (pv - qv) * sign, (qu - pu) * sign))
-    bounds = np.float32(min(sa, sb, sc)), np.float32(max(sa, sb, sc)), how.ceiling
     for row in range(begin, stop):
-        first, last_one = np.int64(0), np.int64(right - left)
+        first, end_of_row = np.int64(0), np.int64(right - left)
         for edge in edges:
             here = edge[0] + (row - top) * edge[2]
             first = first_inside(first, here, edge[1])
-            last_one = end_inside(last_one, here, edge[1])
-        if first < last_one:
-            _draw_span(np.uint64((row - target.top) * target.stride + left + first),
-                       np.uint64(last_one - first),
-                       (np.float32(s[0] + s[1] * first + s[2] * (row - top)), np.float32(s[1])),
-                       bounds, np.uint32(slot), target)
+            end_of_row = end_inside(end_of_row, here, edge[1])
+        if first < end_of_row:
+            pixel = (row - target.top) * target.stride + left + first
+            way = left + first - au / SUBPIXELS, row - av / SUBPIXELS
+            _draw_span(np.uint64(pixel), np.uint64(end_of_row - first), planes, way, how, slot,
+                       target)
     return True
 
 
 @inner_kernel
-def _plane(a, b, c, slopes):
-    """Return a value at the first pixel and its changes a column and a row, of three corners'."""
-    bu, bv, cu, cv, x, y = slopes
-    change_u, change_v = (b - a) * bu + (c - a) * cu, (b - a) * bv + (c - a) * cv
-    return a + change_u * x + change_v * y, change_u, change_v
+def _plane(polygon, places, q, slopes, is_times_s):
+    """Write the plane of value q over three corners at `places`, and its bounds."""
+    values, planes = polygon.values, polygon.planes
+    a, b, c = places
+    bu, bv, cu, cv = slopes
+    at_a, at_b, at_c = values[a, q], values[b, q], values[c, q]
+    planes[q, 0] = at_a
+    planes[q, 1] = (at_b - at_a) * bu + (at_c - at_a) * cu
+    planes[q, 2] = (at_b - at_a) * bv + (at_c - at_a) * cv
+    if is_times_s:
+        at_a, at_b, at_c = at_a / values[a, 0], at_b / values[b, 0], at_c / values[c, 0]
+    planes[q, 3], planes[q, 4] = min(at_a, at_b, at_c), max(at_a, at_b, at_c)
 
 
 @inner_kernel
-def _draw_span(first, count, ramp, bounds, slot, target):
+def _draw_span(first, count, planes, way, how, slot, target):
     """
     Draw pixels first .. first + count - 1 where they are nearer than what is there.
 
-    ramp: reversed Z at the first, and its change a pixel; bounds: the least and the most of it,
-    and the ceiling. Rounded up to whole vectors, of which the lanes beyond the end are masked.
+    planes: of a Polygon; way: to the first pixel from where they begin. Rounded up to whole
+    vectors, of which the lanes beyond the end are masked.
     """
-    depths, slots = target.depths, target.slots
-    s, s_u = ramp
-    least, most, ceiling = bounds
+    depths, words, numbers = target.depths, target.words, target.numbers
+    keeps_slots, slot = numbers.size > 0, np.uint32(slot)
+    ceiling, is_perspective_correct = how.ceiling, how.is_perspective_correct
+    s, ds, s_least, s_most = _value(planes, 0, way)
+    red, dr, r_least, r_most = _value(planes, 1, way)
+    green, dg, g_least, g_most = _value(planes, 2, way)
+    blue, db, b_least, b_most = _value(planes, 3, way)
     end = np.float32(np.int32(count))
     for j in range((count + np.uint64(LANES - 1)) & WHOLE):
         i = np.float32(np.int32(j))
-        here = min(max(s + s_u * i, least), most)
+        here = hold(s + ds * i, s_least, s_most)
         if i < end and here > min(depths[first + j], ceiling):
             depths[first + j] = here
-            slots[first + j] = slot
+            # Perspective-correct colours come times 1 / z (Heckbert, 1989).
+            depth = np.float32(1.0) / here if is_perspective_correct else np.float32(1.0)
+            words[first + j] = pack(hold((red + dr * i) * depth, r_least, r_most),
+                                    hold((green + dg * i) * depth, g_least, g_most),
+                                    hold((blue + db * i) * depth, b_least, b_most))
+            if keeps_slots:
+                numbers[first + j] = slot
+
+
+@inner_kernel
+def _value(planes, q, way):
+    """Return value q some way from where planes begin, its change a column, its least and most."""
+    du, dv = way
+    return (np.float32(planes[q, 0] + planes[q, 1] * du + planes[q, 2] * dv),
+            np.float32(planes[q, 1]), np.float32(planes[q, 3]), np.float32(planes[q, 4]))

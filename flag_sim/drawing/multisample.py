@@ -23,7 +23,6 @@ its rim is not found, and stays as it is with one sample.
 """
 from typing import NamedTuple
 
-from flag_sim.drawing.attributes import Area, NOTHING, resolve_colours
 from flag_sim.drawing.clipping import INSIDE
 from flag_sim.drawing.geometry import SUBPIXEL_BITS, SUBPIXELS
 from flag_sim.kernels import kernel
@@ -62,7 +61,7 @@ class Tiles(NamedTuple):
     Which tiles of a band are drawn with more samples, and what becomes of them.
 
     marks: (BAND / TILE, stride / TILE) bool, the tile mask; worst: (stride,) uint32, for the work
-    in between; words, depths, slots: of one sample, as those of the centres (see bands); sums:
+    in between; words, depths: of one sample, as those of the centres (see bands); sums:
     (2, pixels) uint32: [0] red and blue, [1] green, 16 bits each.
     """
 
@@ -70,7 +69,6 @@ class Tiles(NamedTuple):
     worst: np.ndarray
     words: np.ndarray
     depths: np.ndarray
-    slots: np.ndarray
     sums: np.ndarray
 
 
@@ -137,7 +135,7 @@ def touching(geometry, numbers, area, marks, found):
 
 
 @kernel
-def begin_samples(tiles, area, clear_depth, centres):
+def begin_samples(tiles, area, clear_colour, clear_depth, centres):
     """Empty the marked tiles, and begin the sums with the colours at the centres."""
     marks, sums = tiles.marks, tiles.sums
     for row in range(area.rows):
@@ -145,28 +143,24 @@ def begin_samples(tiles, area, clear_depth, centres):
             if marks[row // TILE, tile]:
                 first = np.uint64(row * area.stride + tile * TILE)
                 for i in range(first, first + np.uint64(TILE)):
-                    tiles.slots[i] = NOTHING
+                    tiles.words[i] = clear_colour
                     tiles.depths[i] = clear_depth
                     sums[0, i] = centres[i] & np.uint32(0xff00ff)
                     sums[1, i] = centres[i] >> np.uint32(8) & np.uint32(0xff)
 
 
 @kernel
-def add_sample(tiles, area, clear_depth, values, table):
+def add_sample(tiles, area, clear_colour, clear_depth):
     """Add a sample's colours to the sums and empty its tiles for the next."""
     marks, words, sums = tiles.marks, tiles.words, tiles.sums
     for row in range(area.rows):
         for tile in range(marks.shape[1]):
             if marks[row // TILE, tile]:
-                first, left = np.uint64(row * area.stride), tile * TILE
-                resolve_colours(tiles.slots, tiles.depths,
-                                Area(area.top, row, 1, left, left + TILE, area.stride),
-                                values, 1, table, words)
-                first += np.uint64(left)
+                first = np.uint64(row * area.stride + tile * TILE)
                 for i in range(first, first + np.uint64(TILE)):
                     sums[0, i] += words[i] & np.uint32(0xff00ff)
                     sums[1, i] += words[i] >> np.uint32(8) & np.uint32(0xff)
-                    tiles.slots[i] = NOTHING
+                    words[i] = clear_colour
                     tiles.depths[i] = clear_depth
 
 

@@ -15,13 +15,13 @@
 """
 Outlines: the triangles' edges as lines of Bresenham (1965), depth-tested.
 
-They show what the triangle shows, red, green and blue in a darker shade. A line is drawn into
-whole pixels, up to half of one away from the edge; there it has the reversed Z of the triangle's
-plane, held within that of its corners, so that the triangle does not hide its own edges.
+The colour is the triangle's own in a darker shade. A line is drawn into whole pixels, up to half
+of one away from the edge; there it has the reversed Z of the triangle's plane, held within that
+of its corners, so that the triangle does not hide its own edges.
 """
-from flag_sim.drawing.attributes import darken
 from flag_sim.drawing.geometry import SUBPIXEL_BITS, SUBPIXELS
-from flag_sim.kernels import kernel
+from flag_sim.drawing.pixels import pack
+from flag_sim.kernels import inner_kernel, kernel
 
 import numpy as np
 
@@ -33,23 +33,20 @@ BEFORE = 1e-4
 
 
 @kernel
-def draw_outline(polygon, count, how, table, slot, target):
+def draw_outline(polygon, count, how, slot, target):
     """
-    Draw the edges of a polygon of `count` corners, which was drawn with slot - 1.
+    Draw the edges of a polygon of `count` corners.
 
-    how, target: see visibility; slot: the first that is free. Returns the next one.
+    how, target: see visibility; slot: what its pixels show beside the colour.
     """
-    darken(table, slot - 1, slot, how.groups, np.float32(1.0 / DARKER))
     plane = _plane(polygon, count)
     for k in range(count):
-        k_next = k + 1 if k + 1 < count else 0
-        _draw_edge(polygon, k, k_next, plane, how.ceiling, np.uint32(slot), target)
-    return slot + 1
+        _draw_edge(polygon, k, k + 1 if k + 1 < count else 0, plane, how, slot, target)
 
 
 @kernel
-def _draw_edge(polygon, a, b, plane, ceiling, slot, target):
-    _, u, v, reversed_z = polygon
+def _draw_edge(polygon, a, b, plane, how, slot, target):
+    _, u, v, values, _ = polygon
     s_u, s_v, lowest, highest = plane
     top, end, width, stride = target.top, target.end, target.width, target.stride
     # Both triangles of an edge draw it in the same direction, into the same pixels.
@@ -70,17 +67,30 @@ def _draw_edge(polygon, a, b, plane, ceiling, slot, target):
         column, row = (other, start + i * way) if is_steep else (start + i * way, other)
         if column < 0 or column >= width or row < top or row >= end:
             continue
-        s = reversed_z[a] + (s_u * (column * SUBPIXELS - u[a])
-                             + s_v * (row * SUBPIXELS - v[a])) / SUBPIXELS
+        s = values[a, 0] + (s_u * (column - u[a] / SUBPIXELS) + s_v * (row - v[a] / SUBPIXELS))
         s = min(max(s, lowest), highest)
         pixel = (row - top) * stride + column
-        there = target.depths[pixel]
-        if s + BEFORE * abs(s) >= min(there, ceiling):
-            target.depths[pixel] = max(np.float32(s), min(there, ceiling))
-            target.slots[pixel] = slot
+        there = min(target.depths[pixel], how.ceiling)
+        if s + BEFORE * abs(s) >= there:
+            along = i / max(length, 1)
+            # Perspective-correct colours come multiplied by 1 / z.
+            divisor = DARKER
+            if how.is_perspective_correct:
+                divisor *= values[a, 0] + along * (values[b, 0] - values[a, 0])
+            target.depths[pixel] = max(np.float32(s), there)
+            target.words[pixel] = pack(_between(values, a, b, 1, along, divisor),
+                                       _between(values, a, b, 2, along, divisor),
+                                       _between(values, a, b, 3, along, divisor))
+            if target.numbers.size > 0:
+                target.numbers[pixel] = np.uint32(slot)
 
 
-@kernel
+@inner_kernel
+def _between(values, a, b, q, along, divisor):
+    return np.float32((values[a, q] + along * (values[b, q] - values[a, q])) / divisor)
+
+
+@inner_kernel
 def _nearest(coordinate):
     """Return the pixel whose centre is nearest to a coordinate [subpixel]."""
     return (coordinate + SUBPIXELS // 2) >> SUBPIXEL_BITS
@@ -93,15 +103,15 @@ def _plane(polygon, count):
 
     The slopes are those of the polygon's widest fan triangle.
     """
-    _, u, v, reversed_z = polygon
+    u, v, values = polygon.u, polygon.v, polygon.values
     best, s_u, s_v = 0.0, 0.0, 0.0
-    lowest, highest = reversed_z[0], reversed_z[0]
+    lowest, highest = values[0, 0], values[0, 0]
     for k in range(1, count):
-        lowest, highest = min(lowest, reversed_z[k]), max(highest, reversed_z[k])
+        lowest, highest = min(lowest, values[k, 0]), max(highest, values[k, 0])
     for k in range(2, count):
         pu, pv = float(u[k - 1] - u[0]), float(v[k - 1] - v[0])
         qu, qv = float(u[k] - u[0]), float(v[k] - v[0])
-        ps, qs = reversed_z[k - 1] - reversed_z[0], reversed_z[k] - reversed_z[0]
+        ps, qs = values[k - 1, 0] - values[0, 0], values[k, 0] - values[0, 0]
         area = pu * qv - qu * pv
         if abs(area) > best:
             best = abs(area)

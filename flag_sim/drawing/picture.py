@@ -13,14 +13,12 @@
 # limitations under the License.
 
 """A frame from end to end: a scene in, pixels out."""
-from typing import Mapping
+import functools
 
 from flag_sim import checks
 from flag_sim.crew import Crew
-from flag_sim.drawing.attributes import PLANE
 from flag_sim.drawing.bands import BAND, draw_bands, new_buffers, Plan
 from flag_sim.drawing.camera import Camera
-from flag_sim.drawing.channels import Attribute, Layout
 from flag_sim.drawing.culling import cull, Margin, Order
 from flag_sim.drawing.framebuffer import Frame, Framebuffer
 from flag_sim.drawing.geometry import Geometry, Lens, project, SUBPIXELS, Vertices
@@ -31,7 +29,7 @@ from flag_sim.drawing.scene import flag_scene, Object, SceneBuffers
 from flag_sim.drawing.shading import Light, shade
 from flag_sim.drawing.shapes import Scene
 from flag_sim.drawing.style import Materials, Style
-from flag_sim.drawing.visibility import Pass, slots_for
+from flag_sim.drawing.visibility import Colours, Pass, slots_for
 
 import numpy as np
 
@@ -55,12 +53,12 @@ class Picture:
     >>> frame.colour, frame.depth
     """
 
-    __slots__ = ('_crew', '_scene', '_framebuffer', '_layout', '_buffers')
+    __slots__ = ('_crew', '_scene', '_framebuffer', '_colours', '_buffers')
 
     def __init__(self, threads=1):
         """Begin without buffers: the first frame's camera says how large they are."""
         self._crew = Crew(checks.whole('threads', threads, 0, MOST_THREADS))
-        self._scene = self._framebuffer = self._layout = None
+        self._scene = self._framebuffer = self._colours = None
         self._buffers = {}
 
     def draw(self, flag_vertices, flag_normals=None, camera=Camera(), light=Light(),
@@ -78,44 +76,30 @@ class Picture:
         return self.draw_scene(objects, camera, light, style, with_depth)
 
     def draw_scene(self, objects, camera=Camera(), light=Light(), style=Style(),
-                   with_depth=False, attributes: Mapping[str, Attribute] = {}) -> Frame:
+                   with_depth=False, with_visibility=False) -> Frame:
         """
         Draw a list of objects.
 
-        with_depth: whether the frame's depth is wanted; attributes: what else it shall show, by
-        names that its channels then have. Raises ValueError for what is of another class, and for
-        attributes of another number of values than the objects have.
+        with_depth, with_visibility: what the Frame shall hold beside the colour. Raises
+        ValueError for what is of another class, and for a list without triangles.
         """
         for name, value, kind in (('camera', camera, Camera), ('light', light, Light),
                                   ('style', style, Style)):
             checks.instance(name, value, kind)
         objects = list(objects)
-        for number, one in enumerate(objects):
-            checks.instance(f'objects[{number}]', one, Object)
-        for name, one in attributes.items():
-            checks.instance(name, one, Attribute)
+        for one in objects:
+            checks.instance('each of objects', one, Object)
         with self._crew:
             self._crew.call()
             if self._scene is None or not self._scene.fits(objects):
                 self._scene = SceneBuffers(objects)
             self._scene.give(objects)
-            values = self._lay_out(camera, style, attributes)
             geometry = self._geometry(camera)
-            self._transform(objects, geometry, camera, light, style)
+            colours = self._transform(objects, geometry, camera, light, style)
             order, clipped = self._cull(geometry, camera, style)
-            return self._paint(geometry, order, clipped, values, (camera, style, with_depth))
-
-    def _lay_out(self, camera, style, attributes):
-        """Say where the values of vertices and triangles stand."""
-        shape = len(self._scene.points), len(self._scene.triangles)
-        kind = shape, style.shading == 'flat', [
-            (name, one.channels, one.at) for name, one in attributes.items()]
-        if self._layout is None or self._layout.kind != kind:
-            self._layout = Layout(*kind[:2], attributes)
-        # In orthographic projection what is linear in space is linear on the screen.
-        is_perspective = style.interpolation == 'perspective' and camera.is_perspective
-        background = [int(channel + 0.5) for channel in style.background]
-        return self._layout.values(attributes, self._scene.parts, background, is_perspective)
+            slots = slots_for(len(geometry.triangles), clipped) if with_visibility else 0
+            self._paint(geometry, colours, order, slots, with_depth, camera, style)
+        return self._framebuffer.frame(geometry)
 
     def _geometry(self, camera):
         """Return the scene's triangles and the camera for the kernels."""
@@ -125,8 +109,12 @@ class Picture:
         return Geometry(scene.triangles, scene.is_closed, scene.sizes, scene.vertices, lens)
 
     def _transform(self, objects, geometry, camera, light, style):
-        """Take the vertices to the screen, and light both sides of them, or of triangles."""
-        scene, colours, is_flat = self._scene, self._layout.colours, style.shading == 'flat'
+        """Take the vertices to the screen; return Colours of both sides of them, or triangles."""
+        scene, is_flat = self._scene, style.shading == 'flat'
+        shape = len(scene.triangles if is_flat else scene.points), 2, 3
+        if self._colours is None or self._colours.shape != shape:
+            self._colours = np.empty(shape)
+        colours = self._colours
         pieces = iter(scene.pieces)
 
         def take(thread):
@@ -145,6 +133,7 @@ class Picture:
             for one, (_, part) in zip(objects, scene.parts):
                 shade(points[part], normals[part], camera.viewpoint, one.surface, light,
                       colours[part])
+        return Colours(colours, is_flat)
 
     def _cull(self, geometry, camera, style):
         """Return the Order, in which rows are found, and how many triangles must be clipped."""
@@ -173,30 +162,34 @@ class Picture:
         else:
             take(0)
 
-    def _paint(self, geometry, order, clipped, values, look):
+    def _paint(self, geometry, colours, order, slots, with_depth, camera, style):
         """Draw all bands; buffers are made anew where the camera or the style is another."""
-        camera, style, with_depth = look
-        groups, shape = len(values.first), (camera.height, camera.width)
-        if self._framebuffer is None or (self._framebuffer.shape, self._framebuffer.clear_colour) \
-                != (shape, style.clear_colour):
-            self._framebuffer = Framebuffer(camera.width, camera.height, -(-camera.height // BAND),
-                                            style.clear_colour)
-        images = self._framebuffer.images(with_depth, values.nothing)
-        ceiling = np.float32(-np.inf if style.hidden_surface == 'painter' else np.inf)
-        plan = Plan(Pass(np.int32(0), np.int32(0), ceiling, style.outline, groups),
-                    np.int32(PATTERNS[style.samples] * SUBPIXELS),
-                    np.float32(0.0 if camera.is_perspective else -np.inf), *shape[::-1])
-        slots = slots_for(len(geometry.triangles), clipped, style.outline)
-        kind = camera.width, len(geometry.triangles), style.samples > 1
-        if any(known != kind or buffers.table.size < slots * groups * PLANE
-               for known, buffers in self._buffers.values()):
+        kind = camera.width, camera.height, style.clear_colour
+        if self._framebuffer is None or self._framebuffer.kind != kind:
+            self._framebuffer = Framebuffer(*kind[:2], -(-camera.height // BAND), kind[2])
+        images = self._framebuffer.images(with_depth, slots > 0)
+        plan = _plan(camera, style)
+        kind = camera.width, len(geometry.triangles), style.samples > 1, slots
+        if any(known != kind for known, _ in self._buffers.values()):
             self._buffers = {}
         taken = np.zeros(1, np.int64)
 
         def draw(thread):
             if thread not in self._buffers:
-                self._buffers[thread] = kind, new_buffers(*kind[:2], slots * groups, kind[2])
-            draw_bands(taken, geometry, order, values, plan, self._buffers[thread][1], images)
+                self._buffers[thread] = kind, new_buffers(*kind)
+            draw_bands(taken, geometry, colours, order, plan, self._buffers[thread][1], images)
 
         self._crew.deal(draw)
-        return self._framebuffer.frame(self._layout.names)
+
+
+@functools.lru_cache(maxsize=8)
+def _plan(camera, style):
+    """Return the Plan of a camera and a style."""
+    is_painter = style.hidden_surface == 'painter'
+    # In orthographic projection what is linear in space is linear on the screen.
+    is_perspective_correct = style.interpolation == 'perspective' and camera.is_perspective
+    return Plan(
+        Pass(np.int32(0), np.int32(0), np.float32(-np.inf if is_painter else np.inf),
+             style.outline, is_perspective_correct),
+        np.int32(PATTERNS[style.samples] * SUBPIXELS), style.clear_colour,
+        np.float32(0.0 if camera.is_perspective else -np.inf), camera.width, camera.height)

@@ -18,6 +18,7 @@ A scene is a list of objects. Which ones, and how many, is the caller's matter.
 Nothing of what draws them knows a flag: `flag_scene` makes the entries of the source's scene.
 """
 import dataclasses
+import functools
 
 from flag_sim import checks
 from flag_sim.drawing import ranges
@@ -103,8 +104,13 @@ def flag_scene(flag_vertices, flag_normals, camera, materials, measures) -> list
     flag_vertices, flag_normals: see sheet; camera: what tells how finely round things are cut;
     materials: a Materials; measures: a Scene.
     """
-    objects = [sheet(flag_vertices, flag_normals, materials.flag, FLAG)]
-    segments = measures.segments(camera)
+    flag = sheet(flag_vertices, flag_normals, materials.flag, FLAG)
+    return [flag, *_what_stands(materials, measures, measures.segments(camera))]
+
+
+@functools.lru_cache(maxsize=8)
+def _what_stands(materials, measures, segments):
+    objects = []
     if measures.pole_visible:
         objects.append(body(pole_mesh(measures, segments), materials.pole, POLE))
     if measures.platform_visible:

@@ -106,8 +106,7 @@ def shade(points, normals, viewpoint, surface, light, colours):
     """
     Light both sides of a surface with normals (n, 3), of any length, at points (n, 3) [m].
 
-    viewpoint: (4,) of Camera. Writes colours (n, 2, CHANNELS) float32, 0 to 255, the last one 0:
-    [:, 0] of the side that the normal points from, [:, 1] of the other side, whose normal is the
+    viewpoint: (4,) of Camera. Writes colours (n, 2, 3), 0 to 255: [:, 0] of the side that the normal points from, [:, 1] of the other side, whose normal is the
     opposite one. Which side the eye meets is the triangle's matter, so a side that turns its back
     to the sun gets only what shines through (|n . l| of 1.14 would light it). Brighter than 255
     is 255, channel by channel. A normal that is zero or not finite gets the ambient light alone;
@@ -130,7 +129,7 @@ def _add_diffuse(normals, lamp, color, colours):
     # Places that are constants apart let LLVM vectorise the loop.
     flat, out = normals.reshape(-1), colours.reshape(-1)
     for i in range(np.uint64(normals.shape[0])):
-        p, q = np.uint64(3) * i, np.uint64(8) * i
+        p, q = np.uint64(3) * i, np.uint64(6) * i
         nx, ny, nz = flat[p], flat[p + np.uint64(1)], flat[p + np.uint64(2)]
         length = math.sqrt(nx * nx + ny * ny + nz * nz)
         is_known = (0.0 < length) & (length < math.inf)
@@ -140,12 +139,10 @@ def _add_diffuse(normals, lamp, color, colours):
         out[q] = min(red * level, 255.0)
         out[q + np.uint64(1)] = min(green * level, 255.0)
         out[q + np.uint64(2)] = min(blue * level, 255.0)
-        out[q + np.uint64(3)] = 0.0
         level = ambient + sunlight * away + transmitted * toward
-        out[q + np.uint64(4)] = min(red * level, 255.0)
-        out[q + np.uint64(5)] = min(green * level, 255.0)
-        out[q + np.uint64(6)] = min(blue * level, 255.0)
-        out[q + np.uint64(7)] = 0.0
+        out[q + np.uint64(3)] = min(red * level, 255.0)
+        out[q + np.uint64(4)] = min(green * level, 255.0)
+        out[q + np.uint64(5)] = min(blue * level, 255.0)
 
 
 @kernel

@@ -17,7 +17,7 @@ import dataclasses
 
 from flag_sim import checks
 from flag_sim.drawing import ranges
-from flag_sim.drawing.channels import INTERPOLATIONS
+from flag_sim.drawing.attributes import INTERPOLATIONS
 from flag_sim.drawing.multisample import PATTERNS
 from flag_sim.drawing.shading import Surface
 

@@ -17,11 +17,14 @@ Visibility: which triangle each pixel sees, and how deep it is.
 
 Hidden surfaces are removed by a Z-buffer of float32 in reversed Z, where greater is nearer,
 cleared to 0 in perspective and to -inf in orthographic projection. In painter's algorithm later
-triangles cover earlier ones instead. What a pixel shows is not known here: it keeps the number of
-a slot, whose planes (see attributes) are written when its triangle is drawn.
+triangles cover earlier ones instead. Red, green and blue go with the depth, span by span, and
+pixels keep which triangle they see where other attributes are asked for (see attributes): to
+resolve the colours from triangles, too, took 1.2 to 1.5 times as long for the whole frame, for
+hardly a pixel of a flag is hidden, and its colour is three sums.
 """
 from typing import NamedTuple
 
+from flag_sim.drawing.attributes import Slots
 from flag_sim.drawing.batched import BATCH, draw_batch
 from flag_sim.drawing.clipping import MOST_CORNERS
 from flag_sim.drawing.culling import LARGE
@@ -32,32 +35,43 @@ from flag_sim.kernels import kernel
 import numpy as np
 
 
+class Colours(NamedTuple):
+    """Colours 0..255 of both sides: values (n, 2, 3) at vertices, or of triangles if is_flat."""
+
+    values: np.ndarray
+    is_flat: bool
+
+
 class Pass(NamedTuple):
     """
     How triangles are drawn.
 
     shift_u, shift_v: where in the pixel its sample lies, from the centre (int32) [subpixel];
-    ceiling: what is drawn counts as no nearer than this float32 in reversed Z: inf, or -inf for the
-    painter, whose triangles cover whatever is there; is_outlined: draw their edges, too; groups:
-    so many groups of attributes are wanted.
+    ceiling: what is there counts as no nearer than this float32 in reversed Z: inf, or -inf for
+    the painter, whose triangles cover whatever is there; is_outlined: draw their edges, too;
+    is_perspective_correct: how colours are interpolated, else linearly on the screen.
     """
 
     shift_u: int
     shift_v: int
     ceiling: float
     is_outlined: bool
-    groups: int
+    is_perspective_correct: bool
 
 
 class Target(NamedTuple):
     """
     What is drawn into: rows top .. end - 1 of an image, `width` pixels wide.
 
-    depths: reversed Z float32, slots: uint32, flat, `stride` pixels a row, a multiple of LANES.
+    words: colours, red lowest, uint32, depths: reversed Z float32, and numbers: of slots uint32,
+    of size 0 if they are not wanted; flat, `stride` pixels a row, a multiple of LANES; slots: see
+    attributes.
     """
 
+    words: np.ndarray
     depths: np.ndarray
-    slots: np.ndarray
+    numbers: np.ndarray
+    slots: Slots
     top: int
     end: int
     width: int
@@ -65,12 +79,11 @@ class Target(NamedTuple):
 
 
 @kernel
-def rasterize(geometry, numbers, how, values, table, target, batch, polygon):
+def rasterize(geometry, colours, numbers, how, target, batch, polygon):
     """
     Draw the triangles with `numbers`, none of which may have an INVALID vertex.
 
-    table: planes of attributes, PLANE groups for each slot (see slots_for); batch, polygon: for
-    the work in between.
+    batch, polygon: for the work in between. Slots are taken from 1 on (see slots_for).
     """
     sizes, count = geometry.sizes, np.uint64(numbers.size)
     slot, k = np.int64(1), np.uint64(0)
@@ -79,23 +92,20 @@ def rasterize(geometry, numbers, how, values, table, target, batch, polygon):
         if size != LARGE and not how.is_outlined:
             while k < count and k - first < BATCH and sizes[numbers[k]] == size:
                 k += np.uint64(1)
-            slot = draw_batch(geometry, numbers[np.int64(first):np.int64(k)], how, values, table, slot, target, batch)
+            slot = draw_batch(geometry, colours, numbers[np.int64(first):np.int64(k)], how, slot,
+                              target, batch)
             continue
-        triangle = np.uint64(numbers[k])
+        triangle = np.int64(numbers[k])
         k += np.uint64(1)
-        corners, side = cut_out(geometry, triangle, how, polygon)
-        triangles = geometry.triangles
-        source = (np.uint64(triangles[triangle, 0]), np.uint64(triangles[triangle, 1]),
-                  np.uint64(triangles[triangle, 2]), triangle, np.uint64(side))
-        before = slot
+        corners, side = cut_out(geometry, colours, triangle, how, polygon)
+        face = 2 * triangle + side
         for corner in range(2, corners):
-            if draw_large(polygon, corner, source, how, values, table, slot, target):
+            if draw_large(polygon, corner, face, how, slot, target):
                 slot += 1
-        if how.is_outlined and slot > before:
-            slot = draw_outline(polygon, corners, how, table, slot, target)
+        if how.is_outlined and corners > 0:
+            draw_outline(polygon, corners, how, slot - 1, target)
 
 
-def slots_for(triangles: int, clipped: int, is_outlined: bool) -> int:
+def slots_for(triangles: int, clipped: int) -> int:
     """Return how many slots so many triangles take at most, of which some are clipped."""
-    pieces = triangles + (MOST_CORNERS - 3) * clipped
-    return 1 + (2 if is_outlined else 1) * pieces
+    return 1 + triangles + (MOST_CORNERS - 3) * clipped
