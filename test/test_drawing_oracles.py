@@ -17,7 +17,7 @@ import math
 
 from flag_sim.drawing import Camera, Light, Materials, Picture, Scene, Style
 from flag_sim.drawing.assembly import Assembly
-from flag_sim.drawing.light import shade
+from flag_sim.drawing.shading import shade
 
 import numpy as np
 
@@ -78,7 +78,7 @@ def test_mask_and_depth_against_embree():
     differing = silhouette = close = both = 0
     for view in VIEWS.values():
         camera, picture = Camera(**view), Picture()
-        picture.draw(wave(), camera=camera)
+        picture.draw(wave(), camera=camera).colour
         depth, cast = picture.depth(), embree_depth(camera)
         drawn, hit = np.isfinite(depth), np.isfinite(cast)
         differing += np.sum(drawn != hit)
@@ -167,7 +167,7 @@ def llvmpipe_image(camera, light, interpolation, background):
 def test_colour_against_llvmpipe(view, interpolation):
     camera, style = Camera(**VIEWS[view]), Style(interpolation=interpolation)
     expected = llvmpipe_image(camera, Light(), interpolation, style.background)
-    rgb = Picture().draw(wave(), camera=camera, style=style)
+    rgb = Picture().draw(wave(), camera=camera, style=style).colour
     apart = np.abs(rgb.astype(int) - expected).max(axis=-1)
     assert np.mean(np.any(expected != style.background, axis=-1)) > 0.05
     assert np.sum(apart > 1) == 0

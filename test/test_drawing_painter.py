@@ -39,8 +39,8 @@ def test_a_lone_sheet_is_the_same_picture():
     flag = wave()
     flag[..., 1] *= 0.2  # no part of it hides another
     pictures = Picture(), Picture()
-    np.testing.assert_array_equal(pictures[0].draw(flag, scene=nothing),
-                                  pictures[1].draw(flag, scene=nothing, style=PAINTER))
+    np.testing.assert_array_equal(pictures[0].draw(flag, scene=nothing).colour,
+                                  pictures[1].draw(flag, scene=nothing, style=PAINTER).colour)
     np.testing.assert_array_equal(pictures[0].depth(), pictures[1].depth())
 
 
@@ -51,8 +51,8 @@ def test_some_pixels_are_wrong_but_few(projection):
     for azimuth in np.linspace(-3.0, 3.0, 12):
         camera = Camera(azimuth=azimuth, projection=projection)
         picture = Picture()
-        right = picture.draw(wave(), camera=camera)
+        right = picture.draw(wave(), camera=camera).colour
         covered += np.isfinite(picture.depth()).sum()
-        painted = Picture().draw(wave(), camera=camera, style=PAINTER)
+        painted = Picture().draw(wave(), camera=camera, style=PAINTER).colour
         wrong += (right != painted).any(axis=-1).sum()
     assert 0.0 < wrong / covered < 0.02

@@ -17,7 +17,7 @@ import math
 
 from flag_sim.drawing import Camera, Light, Materials, Picture, Scene, Style, Surface
 from flag_sim.drawing.mesh import grid_triangles
-from flag_sim.drawing.scene import platform_mesh, pole_mesh
+from flag_sim.drawing.shapes import platform_mesh, pole_mesh
 
 import numpy as np
 
@@ -92,7 +92,7 @@ VIEWS = {
 def test_mask_and_depth_against_rays(view):
     camera = Camera(width=120, height=90, **VIEWS[view])
     picture, flag = Picture(), wave(11, 16)
-    picture.draw(flag, camera=camera)
+    picture.draw(flag, camera=camera).colour
     depth, expected = picture.depth(), cast_rays(camera, flag, Scene())
     drawn, cast = np.isfinite(depth), np.isfinite(expected)
     assert cast.any()
@@ -112,7 +112,7 @@ def test_a_vertex_is_where_pose_and_projection_say():
         x, y = np.meshgrid([-0.02, 0.02], [0.02, -0.02])
         square = np.array(point) + x[..., None] * camera.pose[0, :3] + \
             y[..., None] * camera.pose[1, :3]
-        picture.draw(square, camera=camera, scene=NOTHING)
+        picture.draw(square, camera=camera, scene=NOTHING).colour
         v, u = np.nonzero(np.isfinite(picture.depth()))
         image = camera.P @ camera.pose @ np.array([*point, 1.0])
         assert u.mean() == pytest.approx(image[0] / image[2], abs=0.5)
@@ -129,7 +129,7 @@ def test_a_plane_has_its_depth_and_colour():
     light = Light(azimuth=-1.0, elevation=0.3, intensity=0.6, ambient=0.2)
     picture = Picture()
     rgb = picture.draw(np.stack([x, 1 + x / 2, z], -1), camera=camera, light=light,
-                       materials=WHITE, scene=NOTHING)
+                       materials=WHITE, scene=NOTHING).colour
     slope = (np.arange(200) - 99.5) / camera.focal
     expected = np.broadcast_to(1 / (1 - slope / 2), (100, 200))
     np.testing.assert_allclose(picture.depth(), expected, rtol=2e-4)
@@ -148,7 +148,7 @@ def test_a_sphere_has_its_silhouette_depth_and_light():
     picture = Picture()
     # Around runs from y to x: along the rows it is clockwise, and the front is outside in.
     rgb = picture.draw(centre + radius * normals, normals, camera, light, WHITE, NOTHING,
-                       Style(interpolation='perspective'))
+                       Style(interpolation='perspective')).colour
     depth = picture.depth()
 
     v, u = np.mgrid[:220, :300]
@@ -177,7 +177,7 @@ def test_the_side_that_is_seen_is_lit():
         levels = []
         for azimuth in (-math.pi / 2, math.pi / 2):
             rgb = Picture().draw(flag, None, Camera(azimuth=azimuth, target=(1, 0, 8)), light,
-                                 WHITE, NOTHING)
+                                 WHITE, NOTHING).colour
             levels.append(int(rgb[240, 320, 0]))
         # Sun and eye on one side: lit. Eye on the other side: in the shade.
         assert levels == [191, 64]
@@ -187,7 +187,7 @@ def test_flat_shading_gives_each_triangle_one_colour():
     camera, flag = Camera(width=300, height=200), wave(3, 4)
     flat, smooth = (
         Picture().draw(flag, None, camera, Light(-0.5, 0.2, 0.6, 0.2), WHITE, NOTHING,
-                       Style(shading=shading)) for shading in ('flat', 'gouraud'))
+                       Style(shading=shading)).colour for shading in ('flat', 'gouraud'))
     # Twelve triangles and the background.
     assert 5 < len(np.unique(flat.reshape(-1, 3), axis=0)) <= 13
     assert len(np.unique(smooth.reshape(-1, 3), axis=0)) > 13
@@ -196,25 +196,25 @@ def test_flat_shading_gives_each_triangle_one_colour():
 def test_interpolations_differ_little_but_do():
     camera = Camera(distance=0.7, azimuth=-0.6)
     screen, perspective = (Picture().draw(
-        wave(5, 7), camera=camera, style=Style(interpolation=name)).astype(int)
+        wave(5, 7), camera=camera, style=Style(interpolation=name)).colour.astype(int)
         for name in ('screen', 'perspective'))
     assert 0 < np.abs(screen - perspective).max() < 60
 
 
 def test_given_normals_are_used_and_none_averages():
     flag = wave()
-    own = Picture().draw(flag)
+    own = Picture().draw(flag).colour
     along, down = np.gradient(flag, axis=1), np.gradient(flag, axis=0)
-    given = Picture().draw(flag, np.cross(along, down))
+    given = Picture().draw(flag, np.cross(along, down)).colour
     assert 0 < np.abs(own.astype(int) - given).max() < 25
-    assert not np.array_equal(Picture().draw(flag, np.zeros_like(flag)), own)
+    assert not np.array_equal(Picture().draw(flag, np.zeros_like(flag)).colour, own)
 
 
 @pytest.mark.parametrize('width, height', [(1, 1), (1, 50), (50, 1), (3, 7), (7680, 4320)])
 def test_sizes(width, height):
     picture = Picture()
     camera = Camera(width=width, height=height, target=(1.2, 0.3, 8.0), distance=3.0)
-    rgb = picture.draw(wave(), camera=camera)
+    rgb = picture.draw(wave(), camera=camera).colour
     assert rgb.shape == (height, width, 3)
     assert rgb.dtype == np.uint8 and rgb.flags.c_contiguous
     assert picture.depth().shape == (height, width)
@@ -226,13 +226,13 @@ def test_one_picture_serves_cameras_and_grids_of_changing_size():
     picture = Picture()
     for width, rows in ((64, 5), (33, 9), (64, 5), (200, 2)):
         camera = Camera(width=width, height=48)
-        np.testing.assert_array_equal(picture.draw(wave(rows, 7), camera=camera),
-                                      Picture().draw(wave(rows, 7), camera=camera))
+        np.testing.assert_array_equal(picture.draw(wave(rows, 7), camera=camera).colour,
+                                      Picture().draw(wave(rows, 7), camera=camera).colour)
 
 
 def test_background_is_where_nothing_is():
     picture = Picture()
-    rgb = picture.draw(wave(), style=Style(background=(1, 2.6, 255)))
+    rgb = picture.draw(wave(), style=Style(background=(1, 2.6, 255))).colour
     nothing = np.isinf(picture.depth())
     assert 0.2 < nothing.mean() < 0.95
     assert (rgb[nothing] == (1, 3, 255)).all()
@@ -240,11 +240,11 @@ def test_background_is_where_nothing_is():
 
 def test_the_same_input_gives_the_same_picture():
     picture, flag = Picture(), wave()
-    first, depth = picture.draw(flag).copy(), picture.depth()
-    picture.draw(wave(phase=1.0), camera=Camera(projection='orthographic'))
-    np.testing.assert_array_equal(picture.draw(flag), first)
+    first, depth = picture.draw(flag).colour.copy(), picture.depth()
+    picture.draw(wave(phase=1.0), camera=Camera(projection='orthographic')).colour
+    np.testing.assert_array_equal(picture.draw(flag).colour, first)
     np.testing.assert_array_equal(picture.depth(), depth)
-    np.testing.assert_array_equal(Picture().draw(flag.copy()), first)
+    np.testing.assert_array_equal(Picture().draw(flag.copy()).colour, first)
 
 
 @pytest.mark.parametrize('width', [64, 61])
@@ -257,33 +257,33 @@ def test_nothing_of_earlier_frames_is_left(width):
         scene = Scene(pole_visible=number % 3 > 0, platform_visible=number % 4 > 1)
         style = Style(background=(number // 7, 0, 9))
         flag = wave(5, 7, phase=number) + rng.normal(size=3)
-        rgb, fresh = picture.draw(flag, camera=camera, scene=scene, style=style), Picture()
+        rgb, fresh = picture.draw(flag, camera=camera, scene=scene, style=style).colour, Picture()
         np.testing.assert_array_equal(
-            rgb, fresh.draw(flag, camera=camera, scene=scene, style=style))
+            rgb, fresh.draw(flag, camera=camera, scene=scene, style=style).colour)
         np.testing.assert_array_equal(picture.depth(), fresh.depth())
 
 
 def test_the_frame_is_read_only():
     with pytest.raises(ValueError, match='read-only'):
-        Picture().draw(wave())[0, 0] = 0
+        Picture().draw(wave()).colour[0, 0] = 0
 
 
 def test_float32_vertices_are_as_good():
     flag = wave().astype(np.float32)
-    np.testing.assert_array_equal(Picture().draw(flag), Picture().draw(flag.astype(float)))
+    np.testing.assert_array_equal(Picture().draw(flag).colour, Picture().draw(flag.astype(float)).colour)
 
 
 @pytest.mark.parametrize('bad', [math.nan, math.inf, -math.inf, 1e308])
 def test_a_bad_vertex_takes_its_triangles_alone(bad):
     flag, picture = wave(), Picture()
-    good = picture.draw(flag, scene=NOTHING).copy()
+    good = picture.draw(flag, scene=NOTHING).colour.copy()
     flag[10, 15, 1] = bad
-    holed = picture.draw(flag, scene=NOTHING)
+    holed = picture.draw(flag, scene=NOTHING).colour
     background = (180, 240, 240)
     gone = (holed == background).all(-1) & ~(good == background).all(-1)
     assert 100 < gone.sum() < 5000
     flag[:] = bad
-    assert (picture.draw(flag, scene=NOTHING) == background).all()
+    assert (picture.draw(flag, scene=NOTHING).colour == background).all()
 
 
 @pytest.mark.parametrize('elevation', [math.pi / 2, -math.pi / 2])
@@ -291,7 +291,7 @@ def test_through_the_platforms_hole_the_background_is_seen(elevation):
     scene, light = Scene(pole_visible=False), Light(intensity=0.0, ambient=1.0)
     camera = Camera(200, 200, target=(0, 0, 0.15), distance=2.0, elevation=elevation)
     picture = Picture()
-    rgb = picture.draw(wave() + [9.0, 0.0, 0.0], camera=camera, light=light, scene=scene)
+    rgb = picture.draw(wave() + [9.0, 0.0, 0.0], camera=camera, light=light, scene=scene).colour
     u, v = np.meshgrid(*2 * [np.arange(200) - 99.5])
     # The nearer rim at depth 1.85 hides none of the farther one at 2.15, which is the smaller.
     outwards = np.hypot(u, v) / camera.focal
@@ -310,7 +310,7 @@ def test_the_platforms_hole_has_a_wall_and_its_light(elevation):
     picture = Picture()
     rgb = picture.draw(wave(), camera=camera, scene=Scene(pole_visible=False),
                        light=Light(azimuth=-math.pi / 2, elevation=0.0, intensity=0.5,
-                                   ambient=0.5))
+                                   ambient=0.5)).colour
     # The ray through the hole's middle meets the wall, of radius 0.05, on the far side, y > 0,
     # whose front looks back to where the sun stands.
     assert picture.depth()[99:101, 99:101].mean() == pytest.approx(
@@ -326,7 +326,7 @@ def test_the_default_camera_shows_the_whole_flag_and_the_tip():
         s, z = np.meshgrid([0.0, 2.25], [8.9, 7.4])
         flag = np.stack([0.05 + s * math.cos(turn), s * math.sin(turn), z], axis=-1)
         picture = Picture()
-        picture.draw(flag, scene=NOTHING)
+        picture.draw(flag, scene=NOTHING).colour
         v, u = np.nonzero(np.isfinite(picture.depth()))
         assert 20 < u.min() and u.max() < camera.width - 20
         assert 20 < v.min() and v.max() < camera.height - 20
@@ -339,12 +339,12 @@ def test_the_default_camera_shows_the_whole_flag_and_the_tip():
 @pytest.mark.parametrize('shape', [(3,), (5, 3), (5, 5, 2), (1, 5, 3), (2, 5, 5, 3)])
 def test_vertices_of_another_shape_are_refused(shape):
     with pytest.raises(ValueError, match='flag_vertices|grid'):
-        Picture().draw(np.zeros(shape))
+        Picture().draw(np.zeros(shape)).colour
 
 
 def test_normals_of_another_shape_are_refused():
     with pytest.raises(ValueError, match='flag_normals'):
-        Picture().draw(wave(5, 5), np.zeros((5, 4, 3)))
+        Picture().draw(wave(5, 5), np.zeros((5, 4, 3))).colour
 
 
 def test_depth_before_the_first_frame_is_refused():
@@ -362,7 +362,7 @@ def test_a_thin_triangle_is_between_its_corners():
         flag = np.stack([[ends[0], ends[1]], [third, third]])
         picture = Picture()
         picture.draw(flag, camera=camera, scene=NOTHING,
-                     style=Style(hidden_surface=('zbuffer', 'painter')[number % 2]))
+                     style=Style(hidden_surface=('zbuffer', 'painter')[number % 2])).colour
         depths = picture.depth()
         depths = depths[np.isfinite(depths)]
         drawn += depths.size
@@ -379,7 +379,7 @@ def test_a_thin_triangle_is_between_its_corners():
     ('flag_normals', np.zeros((21, 31))), ('flag_normals', np.full((21, 31, 3), '1'))])
 def test_what_is_no_such_thing_is_refused_by_name(argument, value):
     with pytest.raises(ValueError, match=f'{argument} must be'):
-        Picture().draw(**{'flag_vertices': wave(), argument: value})
+        Picture().draw(**{'flag_vertices': wave(), argument: value}).colour
 
 
 @pytest.mark.parametrize('threads', [-1, 65, 1.5, 'two', math.nan])

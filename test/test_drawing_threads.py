@@ -21,7 +21,7 @@ from flag_sim.atomics import fetch_add
 from flag_sim.drawing import Camera, Picture, Style
 from flag_sim.drawing.bands import BAND
 from flag_sim.drawing.picture import WORTH_SHARING
-from flag_sim.drawing.tiles import TILE
+from flag_sim.drawing.multisample import TILE
 from flag_sim.kernels import kernel
 
 import numpy as np
@@ -43,9 +43,9 @@ def test_the_same_picture_to_the_bit(name, width, height):
     others = [Picture(threads) for threads in (0, 2, 3, 7)]
     for phase in range(4):
         look = {'camera': Camera(width, height, elevation=0.2 * phase), 'style': STYLES[name]}
-        rgb = one.draw(wave(phase=phase), **look)
+        rgb = one.draw(wave(phase=phase), **look).colour
         for other in others:
-            np.testing.assert_array_equal(other.draw(wave(phase=phase), **look), rgb)
+            np.testing.assert_array_equal(other.draw(wave(phase=phase), **look).colour, rgb)
             np.testing.assert_array_equal(other.depth(), one.depth())
 
 
@@ -55,7 +55,7 @@ def test_the_same_picture_where_vertices_are_shared_too():
         one, two = Picture(1), Picture(2)
         for phase in range(3):
             flag = wave(rows=150, columns=301, phase=phase)
-            np.testing.assert_array_equal(two.draw(flag, style=style), one.draw(flag, style=style))
+            np.testing.assert_array_equal(two.draw(flag, style=style).colour, one.draw(flag, style=style).colour)
         assert len(one._assembly.pieces) > WORTH_SHARING
 
 

@@ -109,13 +109,11 @@ def _fetch(geometry, colours, numbers, how, batch):
         at_a, at_b, at_c = (t, t, t) if is_flat else (a, b, c)
         sa, sb, sc = reversed_z[a], reversed_z[b], reversed_z[c]
         values[kept], values[kept + FOUR], values[kept + EIGHT] = sa, sb, sc
-        # Perspective-correct colours are interpolated multiplied by 1 / z.
-        wa, wb, wc = (sa, sb, sc) if how.is_perspective_correct else (1.0, 1.0, 1.0)
         for channel in range(3):
             place = kept + np.uint64((1 + channel) * BATCH)
-            values[place] = wa * colour[at_a, side, channel]
-            values[place + FOUR] = wb * colour[at_b, side, channel]
-            values[place + EIGHT] = wc * colour[at_c, side, channel]
+            values[place] = colour[at_a, side, channel]
+            values[place + FOUR] = colour[at_b, side, channel]
+            values[place + EIGHT] = colour[at_c, side, channel]
         kept += np.uint64((side == 0) | (is_closed[t] == 0))
     return kept
 
@@ -155,30 +153,33 @@ def _set_up(count, width, is_perspective_correct, batch):
         share = SUBPIXELS / area
         way = qv * share, -qu * share, -pv * share, pu * share, du / SUBPIXELS, dv / SUBPIXELS
         # Four values, written out: LLVM vectorises no loop that has another one inside.
-        _plane(values, planes, k, np.uint64(0), way, False)
-        _plane(values, planes, k, np.uint64(1), way, is_perspective_correct)
-        _plane(values, planes, k, np.uint64(2), way, is_perspective_correct)
-        _plane(values, planes, k, np.uint64(3), way, is_perspective_correct)
+        _plane(values, planes, k, np.uint64(0), way, (1.0, 1.0, 1.0))
+        # Perspective-correct colours are interpolated multiplied by 1 / z.
+        times = (values[k] if is_perspective_correct else 1.0,
+                 values[FOUR + k] if is_perspective_correct else 1.0,
+                 values[EIGHT + k] if is_perspective_correct else 1.0)
+        _plane(values, planes, k, np.uint64(1), way, times)
+        _plane(values, planes, k, np.uint64(2), way, times)
+        _plane(values, planes, k, np.uint64(3), way, times)
 
 
 @inner_kernel
-def _plane(values, planes, k, q, way, is_times_s):
+def _plane(values, planes, k, q, way, times):
     """
-    Make the plane of value q, and its bounds, in which it does not come times reversed Z.
+    Make the plane of value q, times something at a, b and c, and its bounds, without it.
 
     way: the weights of b and c, their changes along u and v, and the way from a to the first pixel.
     """
     bu, bv, cu, cv, x, y = way
     place = q * ONE + k
     a, b, c = values[place], values[place + FOUR], values[place + EIGHT]
+    place = BOUND + q * TWO + k
+    planes[place], planes[place + ONE] = min(a, b, c), max(a, b, c)
+    a, b, c = a * times[0], b * times[1], c * times[2]
     change_u, change_v = (b - a) * bu + (c - a) * cu, (b - a) * bv + (c - a) * cv
     place = q * THREE + k
     planes[place] = a + change_u * x + change_v * y
     planes[place + ONE], planes[place + TWO] = change_u, change_v
-    if is_times_s:
-        a, b, c = a / values[k], b / values[FOUR + k], c / values[EIGHT + k]
-    place = BOUND + q * TWO + k
-    planes[place], planes[place + ONE] = min(a, b, c), max(a, b, c)
 
 
 @kernel
@@ -241,12 +242,27 @@ def _draw_needed_blocks(count, batch, how, slot, target):
 
 @inner_kernel
 def _draw_row(k, y, run, batch, how, slot, target):
-    """Draw row y of triangle k: run says from which column, how many, and the first pixel."""
+    """
+    Draw row y of triangle k.
+
+    run: from which column, how many, and the first pixel. What never changes in the loop is told
+    by literals: each then has a loop of its own.
+    """
+    row = (k, y, np.uint32(slot), how.ceiling)
+    if target.numbers.size > 0:
+        _draw_pixels(row, run, batch, target, how.is_perspective_correct, True)
+    elif how.is_perspective_correct:
+        _draw_pixels(row, run, batch, target, True, False)
+    else:
+        _draw_pixels(row, run, batch, target, False, False)
+
+
+@inner_kernel
+def _draw_pixels(row, run, batch, target, is_perspective_correct, keeps_slots):
+    k, y, slot, ceiling = row
     start, columns, first = run
     whole, _, planes = batch
     depths, words, numbers = target.depths, target.words, target.numbers
-    keeps_slots, slot = numbers.size > 0, np.uint32(slot)
-    ceiling, is_perspective_correct = how.ceiling, how.is_perspective_correct
     a_u, b_u, c_u = whole[EDGE_U + k], whole[EDGE_U + ONE + k], whole[EDGE_U + TWO + k]
     a = _along(whole[EDGE + k], y, whole[EDGE_V + k])
     b = _along(whole[EDGE + ONE + k], y, whole[EDGE_V + ONE + k])

@@ -198,11 +198,22 @@ def _draw_span(first, count, planes, way, how, slot, target):
     Draw pixels first .. first + count - 1 where they are nearer than what is there.
 
     planes: of a Polygon; way: to the first pixel from where they begin. Rounded up to whole
-    vectors, of which the lanes beyond the end are masked.
+    vectors, of which the lanes beyond the end are masked. What never changes in the loop is told
+    by literals: each then has a loop of its own.
     """
+    run = (first, count, np.uint32(slot), how.ceiling)
+    if target.numbers.size > 0:
+        _draw_pixels(run, planes, way, target, how.is_perspective_correct, True)
+    elif how.is_perspective_correct:
+        _draw_pixels(run, planes, way, target, True, False)
+    else:
+        _draw_pixels(run, planes, way, target, False, False)
+
+
+@inner_kernel
+def _draw_pixels(run, planes, way, target, is_perspective_correct, keeps_slots):
+    first, count, slot, ceiling = run
     depths, words, numbers = target.depths, target.words, target.numbers
-    keeps_slots, slot = numbers.size > 0, np.uint32(slot)
-    ceiling, is_perspective_correct = how.ceiling, how.is_perspective_correct
     s, ds, s_least, s_most = _value(planes, 0, way)
     red, dr, r_least, r_most = _value(planes, 1, way)
     green, dg, g_least, g_most = _value(planes, 2, way)

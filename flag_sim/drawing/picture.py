@@ -104,9 +104,8 @@ class Picture:
     def _geometry(self, camera):
         """Return the scene's triangles and the camera for the kernels."""
         scene = self._scene
-        matrix = np.diag([camera.focal, camera.focal, 1.0, 1.0]) @ camera.pose
-        lens = Lens(matrix, *map(float, camera.centre), camera.near, camera.is_perspective)
-        return Geometry(scene.triangles, scene.is_closed, scene.sizes, scene.vertices, lens)
+        return Geometry(scene.triangles, scene.is_closed, scene.sizes, scene.vertices,
+                        _lens(camera))
 
     def _transform(self, objects, geometry, camera, light, style):
         """Take the vertices to the screen; return Colours of both sides of them, or triangles."""
@@ -180,6 +179,13 @@ class Picture:
             draw_bands(taken, geometry, colours, order, plan, self._buffers[thread][1], images)
 
         self._crew.deal(draw)
+
+
+@functools.lru_cache(maxsize=8)
+def _lens(camera):
+    """Return a camera for the kernels."""
+    matrix = np.diag([camera.focal, camera.focal, 1.0, 1.0]) @ camera.pose
+    return Lens(matrix, *map(float, camera.centre), camera.near, camera.is_perspective)
 
 
 @functools.lru_cache(maxsize=8)
