@@ -172,7 +172,7 @@ def draw_large(polygon, last, face, how, slot, target):
         if first < end_of_row:
             pixel = (row - target.top) * target.stride + left + first
             way = left + first - au / SUBPIXELS, row - av / SUBPIXELS
-            _draw_span(np.uint64(pixel), np.uint64(end_of_row - first), planes, way, how, slot,
+            draw_span(np.uint64(pixel), np.uint64(end_of_row - first), planes, way, how, slot,
                        target)
     return True
 
@@ -193,7 +193,7 @@ def _plane(polygon, places, q, slopes, is_times_s):
 
 
 @inner_kernel
-def _draw_span(first, count, planes, way, how, slot, target):
+def draw_span(first, count, planes, way, how, slot, target):
     """
     Draw pixels first .. first + count - 1 where they are nearer than what is there.
 

@@ -49,7 +49,7 @@ def pair(term):
     for one, positions in zip(settings, pairs.ends(pairs.starts(1)[0], APART)):
         height, width = (one[side] // SHRUNK for side in ('height', 'width'))
         found.append(np.full((height, width, 3), 255, np.uint8) if positions is None else
-                     error.resized(picture_of(one).draw(positions, None, *look_of(one)),
+                     error.resized(picture_of(one).draw(positions, None, *look_of(one)).colour,
                                    height, width))
     gap = np.full((height, GAP, 3), 255, np.uint8)
     return np.concatenate([found[0], gap, found[1]], axis=1)

@@ -93,10 +93,10 @@ class Trials:
         times = []
         for _ in range(TIMED):
             begin = time.perf_counter()
-            image = picture.draw(positions, None, *look)
+            frame = picture.draw(positions, None, *look)
             times.append(MILLI * (time.perf_counter() - begin))
         right = self._right(window)
-        image = error.resized(image, *right.shape[:2])
+        image = error.resized(frame.colour, *right.shape[:2])
         row['drawing_ms'] = sorted(times)[TIMED // 2]
         row['psnr_db'] = min(error.psnr(image, right), MOST_DB)
         if with_ssim:
@@ -106,7 +106,7 @@ class Trials:
     def still(self, settings, window):
         """Return what drawing the reference's own vertices by settings does to the picture."""
         right = self._right(window)
-        image = picture_of(settings).draw(self._end(window), None, *look_of(settings))
+        image = picture_of(settings).draw(self._end(window), None, *look_of(settings)).colour
         image = error.resized(image, *right.shape[:2])
         return {'drawing_psnr_db': min(error.psnr(image, right), MOST_DB),
                 'drawing_ssim': error.ssim(image, right)}
@@ -120,7 +120,7 @@ class Trials:
         if window.frame not in self._drawn:
             best = changed(self.base, BEST)
             self._drawn[window.frame] = picture_of(best).draw(
-                self._end(window), None, *look_of(best)).copy()
+                self._end(window), None, *look_of(best)).colour.copy()
         return self._drawn[window.frame]
 
     def _warm_up(self, kind, run):
