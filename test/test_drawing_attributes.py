@@ -171,7 +171,7 @@ def test_normals_and_texture_coordinates():
         np.testing.assert_allclose(texture, np.column_stack(
             [(place[:, 0] - 0.05) / 2.25, (8.9 - place[:, 2]) / 1.5]), atol=2e-3)
         # Towards the camera on both sides: the back's normals are the opposite ones.
-        normals = np.tile([0.0, -1.0, 0.0], (rows * columns, 1))
+        normals = np.tile([0.0, 1.0, 0.0], (rows * columns, 1))
         both = np.stack([normals, -normals], axis=1)
         front = interpolate(frame.visibility, both, nothing=0.0)
         np.testing.assert_array_equal(front[seen], np.broadcast_to(

@@ -400,7 +400,7 @@ def test_a_number_of_threads_that_cannot_be_is_refused(threads):
 
 
 def test_attributes_that_do_not_exist_are_refused():
-    for thing, name in ((DepthPicture(), 'samples'), (Camera(), 'zoom'), (Light(), 'colour'),
+    for thing, name in ((Picture(), 'samples'), (Camera(), 'zoom'), (Light(), 'colour'),
                         (Surface(), 'roughness'), (Style(), 'fog'), (Scene(), 'ground')):
         with pytest.raises(AttributeError, match=name):
             setattr(thing, name, 4)

@@ -55,9 +55,9 @@ def interpolate(visibility: Visibility, values, at='vertices', interpolation='pe
     """
     Return what pixels show of an attribute: (height, width, channels) float32.
 
-    values: a list of arrays, one for each object of the scene, or one array for all, of (n,
-    channels) values at vertices, or (m, channels) of triangles where `at` is 'triangles'; where the
-    two sides have others, (n, 2, channels), the front first. interpolation: 'perspective' is
+    values: a list of arrays, one for each object of the scene, or one array for all: (n, channels)
+    at vertices or, where `at` is 'triangles', (m, channels) of these; where the two sides have
+    others, (n, 2, channels), the front first. interpolation: 'perspective' is
     linear in space, 'screen' from pixel to pixel, but where a triangle reaches behind the eye.
     nothing: what pixels show where nothing is. No value leaves the range of its triangle's
     vertices. Raises ValueError for other words, shapes and types.

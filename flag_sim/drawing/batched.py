@@ -15,11 +15,10 @@
 """
 Triangles that are not wide, many at a time.
 
-They are fetched, set up and drawn in batches. Setting up is one loop over a batch's triangles,
-which LLVM turns into vector instructions: a batch's arrays are flat, field after field, BATCH
-places each. Rows are drawn in blocks of LANES pixels at columns that are multiples of LANES: what
-one triangle stores, the next one loads in one piece, which a processor forwards at once, while
-pieces that overlap in part, or under a mask, wait for memory.
+Setting up is one loop over a batch's triangles, which LLVM turns into vector instructions: its
+arrays are flat, field after field, BATCH places each. Rows are drawn in blocks of LANES pixels at
+columns that are multiples of LANES: what one triangle stores, the next one loads in one piece,
+which a processor forwards at once, while pieces that overlap in part, or under a mask, wait.
 """
 from typing import NamedTuple
 
@@ -47,8 +46,7 @@ VALUE_FIELDS = 12
 PLANE_FIELDS, BOUND = 20, np.uint64(12 * BATCH)
 ONE, TWO, THREE, FOUR, EIGHT = (np.uint64(k * BATCH) for k in (1, 2, 3, 4, 8))
 ZERO = np.int32(0)
-# More than a quotient below 100 is wrong by, less than one of whole numbers below 2^23 can be
-# beside a whole number.
+# More than a quotient below 100 is wrong by, less than one of whole numbers can be from another.
 ROUNDING = 1e-9
 
 
@@ -168,7 +166,7 @@ def _plane(values, planes, k, q, way, times):
     """
     Make the plane of value q, times something at a, b and c, and its bounds, without it.
 
-    way: the weights of b and c, their changes along u and v, and the way from a to the first pixel.
+    way: how the weights of b and c change along u and v, and the way from a to the first pixel.
     """
     bu, bv, cu, cv, x, y = way
     place = q * ONE + k
@@ -242,12 +240,8 @@ def _draw_needed_blocks(count, batch, how, slot, target):
 
 @inner_kernel
 def _draw_row(k, y, run, batch, how, slot, target):
-    """
-    Draw row y of triangle k.
-
-    run: from which column, how many, and the first pixel. What never changes in the loop is told
-    by literals: each then has a loop of its own.
-    """
+    """Draw row y of triangle k: run says from which column, how many, and the first pixel."""
+    # What never changes in the loop is told by literals: each then has a loop of its own.
     row = (k, y, np.uint32(slot), how.ceiling)
     if target.numbers.size > 0:
         _draw_pixels(row, run, batch, target, how.is_perspective_correct, True)

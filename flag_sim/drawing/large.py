@@ -38,9 +38,9 @@ class Polygon(NamedTuple):
 
     corners: (2, PLACES, CORNER_FIELDS), see clipping; u, v: (PLACES,) int64 [subpixel]; values:
     (PLACES, 6): reversed Z, red, green, blue, the last three times it where they are interpolated
-    so, and the weights of the triangle's second and third vertex, in perspective times it; planes: (6, 5): of each value at
-    corner 0, its changes a column and a row, its least and its most (of colours: not times
-    reversed Z).
+    so, and the weights of the triangle's second and third vertex, in perspective times it;
+    planes: (6, 5): of each value at corner 0, its changes a column and a row, its least and its
+    most (of colours: not times reversed Z).
     """
 
     corners: np.ndarray
@@ -173,7 +173,7 @@ def draw_large(polygon, last, face, how, slot, target):
             pixel = (row - target.top) * target.stride + left + first
             way = left + first - au / SUBPIXELS, row - av / SUBPIXELS
             draw_span(np.uint64(pixel), np.uint64(end_of_row - first), planes, way, how, slot,
-                       target)
+                      target)
     return True
 
 

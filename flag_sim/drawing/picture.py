@@ -19,7 +19,7 @@ from flag_sim import checks
 from flag_sim.crew import Crew
 from flag_sim.drawing.bands import BAND, draw_bands, new_buffers, Plan
 from flag_sim.drawing.camera import Camera
-from flag_sim.drawing.culling import cull, Margin, Order
+from flag_sim.drawing.culling import cull, Margin
 from flag_sim.drawing.framebuffer import Frame, Framebuffer
 from flag_sim.drawing.geometry import Geometry, Lens, project, SUBPIXELS, Vertices
 from flag_sim.drawing.mesh import face_normals

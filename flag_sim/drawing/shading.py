@@ -106,11 +106,12 @@ def shade(points, normals, viewpoint, surface, light, colours):
     """
     Light both sides of a surface with normals (n, 3), of any length, at points (n, 3) [m].
 
-    viewpoint: (4,) of Camera. Writes colours (n, 2, 3), 0 to 255: [:, 0] of the side that the normal points from, [:, 1] of the other side, whose normal is the
-    opposite one. Which side the eye meets is the triangle's matter, so a side that turns its back
-    to the sun gets only what shines through (|n . l| of 1.14 would light it). Brighter than 255
-    is 255, channel by channel. A normal that is zero or not finite gets the ambient light alone;
-    points are only read where the surface is specular.
+    viewpoint: (4,) of Camera. Writes colours (n, 2, 3), 0 to 255: [:, 0] of the side that the
+    normal points from, [:, 1] of the other side, whose normal is the opposite one. Which side the
+    eye meets is the triangle's matter, so a side that turns its back to the sun gets only what
+    shines through (|n . l| of 1.14 would light it). Brighter than 255 is 255, channel by channel.
+    A normal that is zero or not finite gets the ambient light alone; points are only read where
+    the surface is specular.
     """
     sun = light.intensity if light.is_up else 0.0
     lamp = Lamp(light.direction, light.ambient, sun * surface.diffuse, sun * surface.transmission,
