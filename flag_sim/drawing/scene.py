@@ -105,12 +105,12 @@ def flag_scene(flag_vertices, flag_normals, camera, materials, measures) -> list
     materials: a Materials; measures: a Scene.
     """
     flag = sheet(flag_vertices, flag_normals, materials.flag, FLAG)
-    return [flag, *_what_stands(materials, measures, measures.segments(camera))]
+    return [flag, *_what_stands(camera, materials, measures)]
 
 
 @functools.lru_cache(maxsize=8)
-def _what_stands(materials, measures, segments):
-    objects = []
+def _what_stands(camera, materials, measures):
+    objects, segments = [], measures.segments(camera)
     if measures.pole_visible:
         objects.append(body(pole_mesh(measures, segments), materials.pole, POLE))
     if measures.platform_visible:
