@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """Outlines against Bresenham's own algorithm, and hidden ones."""
-from flag_sim.drawing import Camera, Light, Materials, Scene, Style, Surface
+from flag_sim.drawing import Camera, Light, Materials, Picture, Scene, Style, Surface
 
 import numpy as np
 
@@ -53,7 +53,7 @@ def draw(corners, **options):
     (au, av), (bu, bv), (cu, cv) = corners
     u, v = np.array([[au, bu], [cu, cu]]), np.array([[av, bv], [cv, cv]])
     flag = np.stack([u - 20.0, np.zeros((2, 2)), 15.0 - v], axis=-1)
-    return DepthPicture().draw(flag, None, CAMERA, LIGHT, Materials(Surface(RED)), NOTHING,
+    return Picture().draw(flag, None, CAMERA, LIGHT, Materials(Surface(RED)), NOTHING,
                           Style(outline=True, **options)).colour
 
 
@@ -85,7 +85,7 @@ def test_hidden_edges_stay_hidden(order):
     both = np.concatenate([flag, wall])
     # The hidden sheet is drawn before the other one, and after it.
     wall, both = wall[::order], both[::order]
-    alone, hidden = (DepthPicture().draw(cloth, None, camera, LIGHT, Materials(Surface(RED)), NOTHING,
+    alone, hidden = (Picture().draw(cloth, None, camera, LIGHT, Materials(Surface(RED)), NOTHING,
                                     Style(outline=True)).colour for cloth in (wall, both))
     picture = DepthPicture()
     picture.draw(wall, camera=camera, scene=NOTHING).colour
@@ -98,7 +98,7 @@ def test_hidden_edges_stay_hidden(order):
 
 def test_every_triangle_shows_its_edges():
     camera = Camera(1280, 720)
-    rgb = DepthPicture().draw(wave(9, 13), None, camera, LIGHT, Materials(Surface(RED)), NOTHING,
+    rgb = Picture().draw(wave(9, 13), None, camera, LIGHT, Materials(Surface(RED)), NOTHING,
                          Style(outline=True)).colour
     points = wave(9, 13) @ camera.pose[:3, :3].T + camera.pose[:3, 3]
     image = points @ camera.K.T
@@ -112,6 +112,6 @@ def test_every_triangle_shows_its_edges():
 def test_perspective_correct_lines_are_as_dark():
     rgb = draw([(3, 3), (35, 8), (10, 28)], interpolation='perspective')
     assert {tuple(colour) for colour in rgb.reshape(-1, 3)} == {RED, DARK, (180, 240, 240)}
-    rgb = DepthPicture().draw(wave(9, 13), None, Camera(), LIGHT, Materials(Surface(RED)), NOTHING,
+    rgb = Picture().draw(wave(9, 13), None, Camera(), LIGHT, Materials(Surface(RED)), NOTHING,
                          Style(outline=True, interpolation='perspective')).colour
     assert {tuple(colour) for colour in rgb.reshape(-1, 3)} == {RED, DARK, (180, 240, 240)}

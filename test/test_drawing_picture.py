@@ -177,7 +177,7 @@ def test_the_side_that_is_seen_is_lit():
     for flag in (square, square[:, ::-1]):
         levels = []
         for azimuth in (-math.pi / 2, math.pi / 2):
-            rgb = DepthPicture().draw(flag, None, Camera(azimuth=azimuth, target=(1, 0, 8)), light,
+            rgb = Picture().draw(flag, None, Camera(azimuth=azimuth, target=(1, 0, 8)), light,
                                  WHITE, NOTHING).colour
             levels.append(int(rgb[240, 320, 0]))
         # Sun and eye on one side: lit. Eye on the other side: in the shade.
@@ -187,7 +187,7 @@ def test_the_side_that_is_seen_is_lit():
 def test_flat_shading_gives_each_triangle_one_colour():
     camera, flag = Camera(width=300, height=200), wave(3, 4)
     flat, smooth = (
-        DepthPicture().draw(flag, None, camera, Light(-0.5, 0.2, 0.6, 0.2), WHITE, NOTHING,
+        Picture().draw(flag, None, camera, Light(-0.5, 0.2, 0.6, 0.2), WHITE, NOTHING,
                        Style(shading=shading)).colour for shading in ('flat', 'gouraud'))
     # Twelve triangles and the background.
     assert 5 < len(np.unique(flat.reshape(-1, 3), axis=0)) <= 13
@@ -258,7 +258,8 @@ def test_nothing_of_earlier_frames_is_left(width):
         scene = Scene(pole_visible=number % 3 > 0, platform_visible=number % 4 > 1)
         style = Style(background=(number // 7, 0, 9))
         flag = wave(5, 7, phase=number) + rng.normal(size=3)
-        rgb, fresh = picture.draw(flag, camera=camera, scene=scene, style=style).colour, DepthPicture()
+        fresh = DepthPicture()
+        rgb = picture.draw(flag, camera=camera, scene=scene, style=style).colour
         np.testing.assert_array_equal(
             rgb, fresh.draw(flag, camera=camera, scene=scene, style=style).colour)
         np.testing.assert_array_equal(picture.frame.depth, fresh.frame.depth)
@@ -271,7 +272,8 @@ def test_the_frame_is_read_only():
 
 def test_float32_vertices_are_as_good():
     flag = wave().astype(np.float32)
-    np.testing.assert_array_equal(DepthPicture().draw(flag).colour, DepthPicture().draw(flag.astype(float)).colour)
+    np.testing.assert_array_equal(Picture().draw(flag).colour,
+                                  Picture().draw(flag.astype(float)).colour)
 
 
 @pytest.mark.parametrize('bad', [math.nan, math.inf, -math.inf, 1e308])

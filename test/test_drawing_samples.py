@@ -16,7 +16,7 @@
 import dataclasses
 import math
 
-from flag_sim.drawing import Camera, Light, Materials, Scene, Style, Surface
+from flag_sim.drawing import Camera, Light, Materials, Picture, Scene, Style, Surface
 from flag_sim.drawing.multisample import PATTERNS
 
 import numpy as np
@@ -46,10 +46,11 @@ def mean_of_many(width, height):
     It is within 75 dB of the mean of 4096 at 640 x 480, where that of 64, a tenth of the error of
     8 samples away, is within 67.6: against one or another lattice of 64, 8 have 54.8 to 55.1.
     """
-    total, picture = 0.0, DepthPicture()
+    total, picture = 0.0, Picture()
     for k in range(233):
         shift = (k + 0.5) / 233 - 0.5, (144 * k % 233 + 0.5) / 233 - 0.5
-        total = total + picture.draw(wave(), camera=ShiftedCamera(width, height, shift=shift)).colour
+        camera = ShiftedCamera(width, height, shift=shift)
+        total = total + picture.draw(wave(), camera=camera).colour
     return total / 233
 
 
@@ -61,7 +62,7 @@ def noise(rgb, reference):
 @pytest.mark.parametrize('width, height', [(640, 480), (1280, 720)])
 def test_quality_against_many_samples(width, height):
     reference = mean_of_many(width, height)
-    quality = [noise(DepthPicture().draw(wave(), camera=Camera(width, height),
+    quality = [noise(Picture().draw(wave(), camera=Camera(width, height),
                                     style=Style(samples=samples)).colour, reference)
                for samples in (1, 4, 8, 16)]
     # One sample shows that the measure tells them apart; 4 and 8 reach what the readers of the
@@ -130,7 +131,7 @@ def test_a_straight_edge_has_the_coverage_of_its_samples():
         for part in (-0.47, -0.2, 0.03, 0.31):
             x, z = np.meshgrid([-30.0, part], [30.0, -30.0])
             flag = np.stack([x, np.zeros_like(x), z], axis=-1)
-            rgb = DepthPicture().draw(flag, None, camera, Light(ambient=1.0, intensity=0.0),
+            rgb = Picture().draw(flag, None, camera, Light(ambient=1.0, intensity=0.0),
                                  Materials(flag=Surface(white)), nothing,
                                  Style(black, samples=samples)).colour
             share = np.mean(PATTERNS[samples][:, 0] < part)
@@ -152,20 +153,21 @@ def test_what_is_smooth_and_the_depth_are_those_of_one_sample():
 @pytest.mark.parametrize('samples', [4, 16])
 def test_sizes(width, height, samples):
     camera = Camera(width, height, target=(1.2, 0.3, 8.0), distance=3.0)
-    picture = DepthPicture()
+    picture = Picture()
     for _ in range(2):
         rgb = picture.draw(wave(), camera=camera, style=Style(samples=samples)).colour
     assert rgb.shape == (height, width, 3)
-    np.testing.assert_array_equal(rgb, DepthPicture().draw(
+    np.testing.assert_array_equal(rgb, Picture().draw(
         wave(), camera=camera, style=Style(samples=samples)).colour)
 
 
 def test_nothing_of_earlier_frames_is_left():
-    picture, rng = DepthPicture(), np.random.default_rng(4)
+    picture, rng = Picture(), np.random.default_rng(4)
     for number in range(40):
         look = {'camera': Camera(61, 47, distance=rng.choice([0.0, 3.0, 9.0]),
                                  azimuth=rng.uniform(-3, 3), elevation=rng.uniform(-1.5, 1.5)),
                 'scene': Scene(pole_visible=number % 3 > 0, platform_visible=number % 4 > 1),
                 'style': Style(samples=(1, 4, 8)[number % 3], outline=number % 5 == 0)}
         flag = wave(5, 7, phase=number) + rng.normal(size=3)
-        np.testing.assert_array_equal(picture.draw(flag, **look).colour, DepthPicture().draw(flag, **look).colour)
+        np.testing.assert_array_equal(picture.draw(flag, **look).colour,
+                                      Picture().draw(flag, **look).colour)

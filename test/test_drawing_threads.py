@@ -20,8 +20,8 @@ from flag_sim import crew
 from flag_sim.atomics import fetch_add
 from flag_sim.drawing import Camera, Style
 from flag_sim.drawing.bands import BAND
-from flag_sim.drawing.picture import WORTH_SHARING
 from flag_sim.drawing.multisample import TILE
+from flag_sim.drawing.picture import WORTH_SHARING
 from flag_sim.kernels import kernel
 
 import numpy as np
@@ -56,7 +56,8 @@ def test_the_same_picture_where_vertices_are_shared_too():
         one, two = DepthPicture(1), DepthPicture(2)
         for phase in range(3):
             flag = wave(rows=150, columns=301, phase=phase)
-            np.testing.assert_array_equal(two.draw(flag, style=style).colour, one.draw(flag, style=style).colour)
+            np.testing.assert_array_equal(two.draw(flag, style=style).colour,
+                                          one.draw(flag, style=style).colour)
         assert len(one._scene.pieces) > WORTH_SHARING
 
 
