@@ -44,8 +44,8 @@ def assemble(camera):
     objects = flag_scene(wave(), None, camera, Materials(), Scene())
     buffers = SceneBuffers(objects)
     buffers.give(objects)
-    for number, piece in buffers.pieces:
-        buffers.take(number, piece)
+    for piece in buffers.pieces:
+        buffers.take(piece)
     return objects, buffers
 
 

@@ -13,20 +13,17 @@
 # limitations under the License.
 
 """
-Triangles that are not wide, many at a time.
+Batches: triangles that are not wide, many at a time, made ready to be drawn (see blocks).
 
 Setting up is one loop over a batch's triangles, which LLVM turns into vector instructions: its
-arrays are flat, field after field, BATCH places each. Rows are drawn in blocks of LANES pixels at
-columns that are multiples of LANES: what one triangle stores, the next one loads in one piece,
-which a processor forwards at once, while pieces that overlap in part, or under a mask, wait.
+arrays are flat, field after field, BATCH places each.
 """
 from typing import NamedTuple
 
 from flag_sim.drawing.attributes import keep_slot
 from flag_sim.drawing.coverage import edge_function
-from flag_sim.drawing.culling import MEDIUM
 from flag_sim.drawing.geometry import next_centre, SUBPIXELS
-from flag_sim.drawing.pixels import hold, LANES, pack, WHOLE
+from flag_sim.drawing.pixels import LANES
 from flag_sim.kernels import inner_kernel, kernel
 
 import numpy as np
@@ -36,18 +33,19 @@ BATCH = 64
 A_U, A_V, P_U, P_V, Q_U, Q_V = (np.uint64(k * BATCH) for k in range(6))
 # ... three edge functions at the first pixel, their changes a column and a row, ...
 EDGE, EDGE_U, EDGE_V = (np.uint64((6 + 3 * k) * BATCH) for k in range(3))
-# ... the columns' start and number, rows' start and end, twice its number and the side seen.
-LEFT, COUNT, TOP, END, FACE = (np.uint64(k * BATCH) for k in range(15, 20))
-WHOLE_FIELDS = 20
+# ... the columns' start and number, rows' start and end, twice its number and the side seen, and
+# whether its values must be held within their range.
+LEFT, COUNT, TOP, END, FACE, THIN = (np.uint64(k * BATCH) for k in range(15, 21))
+WHOLE_FIELDS = 21
 # At a, b and c: reversed Z, red, green, blue.
 VALUE_FIELDS = 12
-# Reversed Z, red, green, blue: each at the first pixel, its changes a column and a row; then,
-# from BOUND on, the least and the most of each.
-PLANE_FIELDS, BOUND = 20, np.uint64(12 * BATCH)
+# Reversed Z, red, green, blue: each at the first pixel, its changes a column and a row.
+PLANE_FIELDS = 12
 ONE, TWO, THREE, FOUR, EIGHT = (np.uint64(k * BATCH) for k in (1, 2, 3, 4, 8))
 ZERO = np.int32(0)
-# More than a quotient below 100 is wrong by, less than one of whole numbers can be from another.
-ROUNDING = 1e-9
+# Up to which reach (see _reach) values need no bounds: rounded to float32, their sums miss them by
+# less than 8 2^-24 2^8 of their range, which is a 32nd of a level of colour.
+MOST_REACH = 2.0 ** 8
 
 
 class Batch(NamedTuple):
@@ -64,27 +62,8 @@ def new_batch() -> Batch:
                  np.empty(PLANE_FIELDS * BATCH, np.float32))
 
 
-@kernel
-def draw_batch(geometry, colours, numbers, how, slot, target, batch):
-    """
-    Draw triangles of one size, SMALL or MEDIUM, with `numbers`, at most BATCH of them.
-
-    colours, how, target: see visibility; slot: the first that is free. Returns the next one.
-    """
-    size = geometry.sizes[numbers[0]]
-    kept = _fetch(geometry, colours, numbers, how, batch)
-    _set_up(kept, target.width, how.is_perspective_correct, batch)
-    if target.numbers.size > 0:
-        _keep_slots(kept, geometry.lens.is_perspective, slot, target.slots, batch)
-    if size == MEDIUM:
-        _draw_needed_blocks(kept, batch, how, slot, target)
-    else:
-        _draw_all_blocks(kept, batch, how, slot, target)
-    return slot + np.int64(kept)
-
-
 @inner_kernel
-def _fetch(geometry, colours, numbers, how, batch):
+def fetch(geometry, colours, numbers, how, batch):
     """Gather what is known of the corners; backs of closed bodies are left out."""
     triangles, is_closed, vertices = geometry.triangles, geometry.is_closed, geometry.vertices
     u, v, reversed_z = vertices.u, vertices.v, vertices.reversed_z
@@ -117,8 +96,12 @@ def _fetch(geometry, colours, numbers, how, batch):
 
 
 @inner_kernel
-def _set_up(count, width, is_perspective_correct, batch):
-    """Make edge functions and planes; each value q is q_0 + q_u (u - ua) + q_v (v - va)."""
+def set_up(count, width, is_perspective_correct, batch):
+    """
+    Make edge functions and planes; each value q is q_0 + q_u (u - ua) + q_v (v - va).
+
+    Returns whether one of the triangles is THIN.
+    """
     whole, values, planes = batch
     full = np.int32(SUBPIXELS)
     for k in range(count):
@@ -150,6 +133,9 @@ def _set_up(count, width, is_perspective_correct, batch):
 
         share = SUBPIXELS / area
         way = qv * share, -qu * share, -pv * share, pu * share, du / SUBPIXELS, dv / SUBPIXELS
+        extent = (max(pu, qu, ZERO) - min(pu, qu, ZERO), max(pv, qv, ZERO) - min(pv, qv, ZERO))
+        whole[THIN + k] = np.int32(_is_thin(values, k, extent, area, right - left,
+                                            is_perspective_correct))
         # Four values, written out: LLVM vectorises no loop that has another one inside.
         _plane(values, planes, k, np.uint64(0), way, (1.0, 1.0, 1.0))
         # Perspective-correct colours are interpolated multiplied by 1 / z.
@@ -159,20 +145,22 @@ def _set_up(count, width, is_perspective_correct, batch):
         _plane(values, planes, k, np.uint64(1), way, times)
         _plane(values, planes, k, np.uint64(2), way, times)
         _plane(values, planes, k, np.uint64(3), way, times)
+    are_thin = np.int32(0)
+    for k in range(count):
+        are_thin |= whole[THIN + k]
+    return are_thin != 0
 
 
 @inner_kernel
 def _plane(values, planes, k, q, way, times):
     """
-    Make the plane of value q, times something at a, b and c, and its bounds, without it.
+    Make the plane of value q, times something at a, b and c.
 
     way: how the weights of b and c change along u and v, and the way from a to the first pixel.
     """
     bu, bv, cu, cv, x, y = way
     place = q * ONE + k
     a, b, c = values[place], values[place + FOUR], values[place + EIGHT]
-    place = BOUND + q * TWO + k
-    planes[place], planes[place + ONE] = min(a, b, c), max(a, b, c)
     a, b, c = a * times[0], b * times[1], c * times[2]
     change_u, change_v = (b - a) * bu + (c - a) * cu, (b - a) * bv + (c - a) * cv
     place = q * THREE + k
@@ -180,8 +168,27 @@ def _plane(values, planes, k, q, way, times):
     planes[place + ONE], planes[place + TWO] = change_u, change_v
 
 
+@inner_kernel
+def _is_thin(values, k, extent, area, columns, is_perspective_correct):
+    """
+    Whether values of triangle k must be held within their range.
+
+    extent: its columns' and rows' [subpixel]; columns: how many pixels. By weights' slopes,
+    (|qv| + |pv|) / area and the like, they change by at most 2 extent_v (columns + extent_u) /
+    area from the first pixel to any other; colours that are divided by 1 / z, by so much
+    more as the greatest exceeds the least.
+    """
+    reach = np.float64(extent[1]) * np.float64(SUBPIXELS * columns + extent[0])
+    a, b, c = values[k], values[FOUR + k], values[EIGHT + k]
+    most = 0.5 * MOST_REACH * abs(np.float64(area))
+    # nan, too, is thin.
+    if is_perspective_correct:
+        return not reach * max(a, b, c) <= most * min(a, b, c)
+    return not reach < most
+
+
 @kernel
-def _keep_slots(count, is_perspective, slot, slots, batch):
+def keep_slots(count, is_perspective, slot, slots, batch):
     """Write which triangles have the slots from `slot` on."""
     whole, values = batch.whole, batch.values
     for k in range(count):
@@ -194,105 +201,3 @@ def _keep_slots(count, is_perspective, slot, slots, batch):
                   (0.0, s_b * qv * share, -s_b * qu * share),
                   (0.0, -s_c * pv * share, s_c * pu * share),
                   (whole[A_U + k] / SUBPIXELS, whole[A_V + k] / SUBPIXELS))
-
-
-@kernel
-def _draw_all_blocks(count, batch, how, slot, target):
-    """Draw all blocks of the rows of the batch's triangles."""
-    whole, begin, end, stride = batch.whole, target.top, target.end, target.stride
-    for k in range(count):
-        top = whole[TOP + k]
-        columns = (np.uint64(whole[COUNT + k]) + np.uint64(LANES - 1)) & WHOLE
-        for row in range(max(top, begin), min(whole[END + k], end)):
-            first = np.uint64((row - begin) * stride + whole[LEFT + k])
-            # From the triangle's own first row, so that bands make no difference.
-            _draw_row(k, np.int32(row - top), (np.uint64(0), columns, first), batch, how,
-                      slot + np.int64(k), target)
-
-
-@kernel
-def _draw_needed_blocks(count, batch, how, slot, target):
-    """Draw the same, but of each row only the blocks that can have pixels inside."""
-    whole, begin, end, stride = batch.whole, target.top, target.end, target.stride
-    for k in range(count):
-        top = whole[TOP + k]
-        columns = (np.uint64(whole[COUNT + k]) + np.uint64(LANES - 1)) & WHOLE
-        for row in range(max(top, begin), min(whole[END + k], end)):
-            y = np.int32(row - top)
-            low, high = 0.0, np.float64(columns) - 1.0
-            for edge in range(np.uint64(3)):
-                place = edge * ONE + k
-                here = np.int32(whole[EDGE + place] + np.int32(y * whole[EDGE_V + place]))
-                # here + n change is not negative from this column on, or up to it.
-                cut = -here / whole[EDGE_U + place]
-                if whole[EDGE_U + place] > 0:
-                    low = max(low, cut)
-                elif whole[EDGE_U + place] < 0:
-                    high = min(high, cut)
-            inner, last = np.ceil(low - ROUNDING), np.floor(high + ROUNDING)
-            if inner <= last:
-                start = np.uint64(inner) & WHOLE
-                stop = min((np.uint64(last) + np.uint64(LANES)) & WHOLE, columns)
-                first = np.uint64((row - begin) * stride + whole[LEFT + k]) + start
-                _draw_row(k, y, (start, stop - start, first), batch, how, slot + np.int64(k),
-                          target)
-
-
-@inner_kernel
-def _draw_row(k, y, run, batch, how, slot, target):
-    """Draw row y of triangle k: run says from which column, how many, and the first pixel."""
-    # What never changes in the loop is told by literals: each then has a loop of its own.
-    row = (k, y, np.uint32(slot), how.ceiling)
-    if target.numbers.size > 0:
-        _draw_pixels(row, run, batch, target, how.is_perspective_correct, True)
-    elif how.is_perspective_correct:
-        _draw_pixels(row, run, batch, target, True, False)
-    else:
-        _draw_pixels(row, run, batch, target, False, False)
-
-
-@inner_kernel
-def _draw_pixels(row, run, batch, target, is_perspective_correct, keeps_slots):
-    k, y, slot, ceiling = row
-    start, columns, first = run
-    whole, _, planes = batch
-    depths, words, numbers = target.depths, target.words, target.numbers
-    a_u, b_u, c_u = whole[EDGE_U + k], whole[EDGE_U + ONE + k], whole[EDGE_U + TWO + k]
-    a = _along(whole[EDGE + k], y, whole[EDGE_V + k])
-    b = _along(whole[EDGE + ONE + k], y, whole[EDGE_V + ONE + k])
-    c = _along(whole[EDGE + TWO + k], y, whole[EDGE_V + TWO + k])
-    s, ds, s_least, s_most = _value(planes, k, np.uint64(0), y)
-    red, dr, r_least, r_most = _value(planes, k, np.uint64(1), y)
-    green, dg, g_least, g_most = _value(planes, k, np.uint64(2), y)
-    blue, db, b_least, b_most = _value(planes, k, np.uint64(3), y)
-    for j in range(columns & WHOLE):
-        n = np.int32(np.int32(start) + np.int32(j))
-        i = np.float32(n)
-        there = depths[first + j]
-        is_inside = (_along(a, n, a_u) | _along(b, n, b_u) | _along(c, n, c_u)) >= 0
-        here = hold(s + ds * i, s_least, s_most) if is_inside else np.float32(-np.inf)
-        is_seen = here > min(there, ceiling)
-        # Stored whether it is new or not: LLVM would mask a store under a condition.
-        depths[first + j] = here if is_seen else there
-        if is_seen:
-            # Perspective-correct colours come times 1 / z (Heckbert, 1989).
-            depth = np.float32(1.0) / here if is_perspective_correct else np.float32(1.0)
-            words[first + j] = pack(hold((red + dr * i) * depth, r_least, r_most),
-                                    hold((green + dg * i) * depth, g_least, g_most),
-                                    hold((blue + db * i) * depth, b_least, b_most))
-            if keeps_slots:
-                numbers[first + j] = slot
-
-
-@inner_kernel
-def _value(planes, k, q, y):
-    """Return value q in row y at the first column, its change a column, its least and most."""
-    place, bound = q * THREE + k, BOUND + q * TWO + k
-    return (planes[place] + planes[place + TWO] * np.float32(y), planes[place + ONE],
-            planes[bound], planes[bound + ONE])
-
-
-@inner_kernel
-def _along(edge, n, change):
-    """Return an edge function n steps on; in 32 bits, or else LLVM multiplies with 64, slowly."""
-    return np.int32(edge + np.int32(n * change))

@@ -59,15 +59,13 @@ def cull(geometry, order, frame, first_chunk, end_chunk):
     """
     Find the rows that triangles can cover: write order.rows and boxes, and geometry.sizes.
 
-    frame: a Margin. Only chunks first_chunk .. end_chunk - 1 are done; returns how many of their
-    triangles must be clipped.
+    frame: a Margin. Only chunks first_chunk .. end_chunk - 1 are done.
     """
     triangles, sizes = geometry.triangles, geometry.sizes
     vertices = geometry.vertices
     u, v, outcodes = vertices.u, vertices.v, vertices.outcodes
     numbers, rows, boxes = order
     width, height, margin = frame
-    clipped = 0
     for chunk in range(first_chunk, end_chunk):
         first, last = chunk * CHUNK, min((chunk + 1) * CHUNK, numbers.shape[0])
         box_top, box_end = np.int32(height), np.int32(0)
@@ -91,7 +89,6 @@ def cull(geometry, order, frame, first_chunk, end_chunk):
             extent = u_most - u_least
             is_medium, is_small = is_inside & (extent <= MEDIUM_WIDTH), extent <= SMALL_WIDTH
             sizes[t] = np.uint8(is_medium) + np.uint8(is_medium & is_small)
-            clipped += np.int64(is_seen & (not is_inside))
             rows[0, k] = top if is_seen else np.int32(0)
             rows[1, k] = end if is_seen else np.int32(0)
             box_top = min(box_top, top if is_seen else np.int32(height))
@@ -100,7 +97,6 @@ def cull(geometry, order, frame, first_chunk, end_chunk):
             box_right = max(box_right, right if is_seen else np.int32(0))
         boxes[0, chunk], boxes[1, chunk] = box_top, box_end
         boxes[2, chunk], boxes[3, chunk] = box_left, box_right
-    return clipped
 
 
 @kernel

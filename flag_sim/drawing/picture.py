@@ -21,7 +21,7 @@ from flag_sim.drawing.bands import BAND, draw_bands, new_buffers, Plan
 from flag_sim.drawing.camera import Camera
 from flag_sim.drawing.culling import cull, Margin
 from flag_sim.drawing.framebuffer import Frame, Framebuffer
-from flag_sim.drawing.geometry import Geometry, Lens, project, SUBPIXELS, Vertices
+from flag_sim.drawing.geometry import Geometry, Lens, project, SUBPIXELS
 from flag_sim.drawing.mesh import face_normals
 from flag_sim.drawing.multisample import PATTERNS
 from flag_sim.drawing.painter import far_to_near
@@ -96,8 +96,8 @@ class Picture:
             self._scene.give(objects)
             geometry = self._geometry(camera)
             colours = self._transform(objects, geometry, camera, light, style)
-            order, clipped = self._cull(geometry, camera, style)
-            slots = slots_for(len(geometry.triangles), clipped) if with_visibility else 0
+            order = self._cull(geometry, camera, style)
+            slots = slots_for(geometry) if with_visibility else 0
             self._paint(geometry, colours, order, slots, with_depth, camera, style)
         return self._framebuffer.frame(geometry)
 
@@ -117,13 +117,12 @@ class Picture:
         pieces = iter(scene.pieces)
 
         def take(thread):
-            for number, piece in pieces:
-                scene.take(number, piece)
-                project(scene.points[piece], geometry.lens,
-                        Vertices(*(array[piece] for array in scene.vertices)))
+            for piece in pieces:
+                scene.take(piece)
+                project(piece.points, geometry.lens, piece.vertices)
                 if not is_flat:
-                    shade(scene.points[piece], scene.normals[piece], camera.viewpoint,
-                          objects[number].surface, light, colours[piece])
+                    shade(piece.points, piece.normals, camera.viewpoint,
+                          objects[piece.number].surface, light, colours[piece.own])
 
         self._share(len(scene.pieces), take)
         if is_flat:
@@ -135,7 +134,7 @@ class Picture:
         return Colours(colours, is_flat)
 
     def _cull(self, geometry, camera, style):
-        """Return the Order, in which rows are found, and how many triangles must be clipped."""
+        """Return the Order, in which rows are found."""
         order = self._scene.order
         if style.hidden_surface == 'painter':
             order = order._replace(
@@ -144,15 +143,16 @@ class Picture:
         margin = Margin(camera.width, camera.height,
                         SUBPIXELS if style.outline or style.samples > 1 else 0)
         chunks = order.boxes.shape[1]
-        pieces, clipped = iter(range(0, chunks, CHUNKS)), []
+        # To call the kernel takes as long as some hundred triangles.
+        step = CHUNKS if self._crew.threads > 1 else chunks
+        pieces = iter(range(0, chunks, step))
 
         def take(thread):
             for first in pieces:
-                clipped.append(
-                    cull(geometry, order, margin, first, min(first + CHUNKS, chunks)))
+                cull(geometry, order, margin, first, min(first + step, chunks))
 
-        self._share(-(-chunks // CHUNKS), take)
-        return order, sum(clipped)
+        self._share(-(-chunks // step), take)
+        return order
 
     def _share(self, pieces, take):
         """Let the crew do take(thread), which goes on until `pieces` pieces of work are done."""

@@ -19,6 +19,7 @@ Nothing of what draws them knows a flag: `flag_scene` makes the entries of the s
 """
 import dataclasses
 import functools
+from typing import NamedTuple
 
 from flag_sim import checks
 from flag_sim.drawing import ranges
@@ -65,8 +66,8 @@ class Object:
             normals = ranges.points('normals', self.normals, vertices.shape)
             object.__setattr__(self, 'normals', normals)
         triangles = ranges.points('triangles', self.triangles, (None, 3))
-        checks.require(triangles.dtype.kind in 'iu', 'triangles', 'whole numbers',
-                       triangles.dtype.name)
+        if triangles.dtype.kind not in 'iu':
+            checks.require(False, 'triangles', 'whole numbers', triangles.dtype.name)
         if triangles.flags.writeable and triangles.size:
             checks.require(0 <= triangles.min() and triangles.max() < len(vertices), 'triangles',
                            f'numbers of the {len(vertices)} vertices',
@@ -118,13 +119,23 @@ def _what_stands(camera, materials, measures):
     return objects
 
 
+class Piece(NamedTuple):
+    """Points that are done in one go: their object's number, their slice, and their arrays."""
+
+    number: int
+    own: slice
+    points: np.ndarray
+    normals: np.ndarray
+    vertices: Vertices
+
+
 class SceneBuffers:
     """
     The objects of a scene, joined in one set of arrays, and what is made of them for a frame.
 
     points, normals: (n, 3); triangles: (m, 3) int32; is_closed: (m,) uint8; parts: for each
-    object its slices of points and of triangles; pieces: (object's number, slice of points), cut
-    for threads to share. vertices, sizes, order: see geometry and culling.
+    object its slices of points and of triangles; pieces: cut for threads to share. vertices,
+    sizes, order: see geometry and culling.
     """
 
     def __init__(self, objects):
@@ -141,17 +152,21 @@ class SceneBuffers:
             [one.triangles + start for one, start in zip(objects, starts)]).astype(np.int32)
         self.is_closed = np.repeat(np.array([one.is_closed for one in objects], np.uint8),
                                    np.diff(numbers))
-        self.pieces = [(k, slice(first, min(first + PIECE, part.stop)))
-                       for k, (part, _) in enumerate(self.parts)
-                       for first in range(part.start, part.stop, PIECE)]
         self.points, self.normals = np.zeros((points, 3)), np.zeros((points, 3))
         self._taken = [(None, None)] * len(objects)
         self.vertices = Vertices(np.empty((points, 3)), *np.empty((2, points), np.int32),
                                  np.empty(points), np.empty(points, np.int32))
+        self.pieces = [self._piece(k, slice(first, min(first + PIECE, part.stop)))
+                       for k, (part, _) in enumerate(self.parts)
+                       for first in range(part.start, part.stop, PIECE)]
         self.sizes = np.empty(count, np.uint8)
         chunks = -(-count // CHUNK)
         self.order = Order(np.arange(count, dtype=np.int32), np.empty((2, count), np.int16),
                            np.empty((4, chunks), np.int32))
+
+    def _piece(self, number, own):
+        return Piece(number, own, self.points[own], self.normals[own],
+                     Vertices(*(array[own] for array in self.vertices)))
 
     def fits(self, objects) -> bool:
         """Whether objects have the triangles that were joined."""
@@ -177,11 +192,11 @@ class SceneBuffers:
             self._taken[k] = (id(one.vertices), id(one.normals)) if still else (None, None)
         self._objects = objects  # so that no other array gets an id of these
 
-    def take(self, number, piece):
-        """Take the points of a slice of an object."""
-        vertices, normals, start = self._given[number]
-        own = slice(piece.start - start, piece.stop - start)
+    def take(self, piece):
+        """Take the points of a Piece from the object."""
+        vertices, normals, start = self._given[piece.number]
+        own = slice(piece.own.start - start, piece.own.stop - start)
         if vertices is not None:
-            self.points[piece] = vertices[own]
+            piece.points[:] = vertices[own]
         if normals is not None:
-            self.normals[piece] = normals[own]
+            piece.normals[:] = normals[own]

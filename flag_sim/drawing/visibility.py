@@ -25,8 +25,9 @@ hardly a pixel of a flag is hidden, and its colour is three sums.
 from typing import NamedTuple
 
 from flag_sim.drawing.attributes import Slots
-from flag_sim.drawing.batched import BATCH, draw_batch
-from flag_sim.drawing.clipping import MOST_CORNERS
+from flag_sim.drawing.batched import BATCH
+from flag_sim.drawing.blocks import draw_batch
+from flag_sim.drawing.clipping import INSIDE, MOST_CORNERS
 from flag_sim.drawing.culling import LARGE
 from flag_sim.drawing.large import cut_out, draw_large
 from flag_sim.drawing.outline import draw_outline
@@ -106,6 +107,8 @@ def rasterize(geometry, colours, numbers, how, target, batch, polygon):
             draw_outline(polygon, corners, how, slot - 1, target)
 
 
-def slots_for(triangles: int, clipped: int) -> int:
-    """Return how many slots so many triangles take at most, of which some are clipped."""
-    return 1 + triangles + (MOST_CORNERS - 3) * clipped
+def slots_for(geometry) -> int:
+    """Return how many slots a Geometry's triangles take at most, some of which are clipped."""
+    states = geometry.vertices.outcodes[geometry.triangles]
+    clipped = np.count_nonzero((states != INSIDE).any(axis=1))
+    return 1 + len(geometry.triangles) + (MOST_CORNERS - 3) * clipped

@@ -52,8 +52,8 @@ def assemble(flag, normals, camera):
     objects = flag_scene(flag, normals, camera, Materials(), Scene())
     buffers = SceneBuffers(objects)
     buffers.give(objects)
-    for number, piece in buffers.pieces:
-        buffers.take(number, piece)
+    for piece in buffers.pieces:
+        buffers.take(piece)
     return objects, buffers
 
 
