@@ -28,10 +28,9 @@ from flag_sim.dials.catalogue import NODES
 from flag_sim.dials.dial import Dial
 from flag_sim.dials.settings import air_of, CLOTH, look_of, material_of, stepping_of
 from flag_sim.drawing.camera import Camera
-from flag_sim.drawing.light import Light
-from flag_sim.drawing.picture import Materials, Style
-from flag_sim.drawing.scene import Scene
-from flag_sim.drawing.style import SAMPLES
+from flag_sim.drawing.shading import Light
+from flag_sim.drawing.shapes import Scene
+from flag_sim.drawing.style import Materials, SAMPLES, Style
 from flag_sim.study.search import CHOSEN
 import pytest
 

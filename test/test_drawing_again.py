@@ -30,8 +30,9 @@ styles = {'plain': Style(), 'painter': Style(hidden_surface='painter'),
           'samples': Style(samples=4), 'outline': Style(outline=True)}
 for name in sys.argv[1:]:
     picture = Picture()
-    digest = hashlib.sha256(picture.draw(flag, camera=Camera(320, 240), style=styles[name]))
-    digest.update(picture.depth())
+    frame = picture.draw(flag, camera=Camera(320, 240), style=styles[name], with_depth=True)
+    digest = hashlib.sha256(frame.colour)
+    digest.update(frame.depth)
     print(name, digest.hexdigest())
 """
 

@@ -16,7 +16,7 @@
 import math
 
 from flag_sim.drawing import Camera, Light, Surface
-from flag_sim.drawing.light import shade as shade_into
+from flag_sim.drawing.shading import shade as shade_into
 
 import numpy as np
 

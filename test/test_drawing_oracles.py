@@ -15,15 +15,16 @@
 """The default scene against programs by others: Embree's rays and Mesa's llvmpipe."""
 import math
 
-from flag_sim.drawing import Camera, Light, Materials, Picture, Scene, Style
-from flag_sim.drawing.assembly import Assembly
-from flag_sim.drawing.light import shade
+from flag_sim.drawing import Camera, Light, Materials, Scene, Style
+from flag_sim.drawing.scene import flag_scene, SceneBuffers
+from flag_sim.drawing.shading import shade
 
 import numpy as np
 
 import pytest
 
 from support.flags import wave
+from support.pictures import DepthPicture
 
 VIEWS = {
     'default': {},
@@ -39,17 +40,20 @@ VIEWS = {
 
 
 def assemble(camera):
-    """Join flag, pole and platform as the picture does."""
-    assembly = Assembly(21, 31, Scene(), Scene().segments(camera))
-    assembly.set_flag(wave(), None)
-    return assembly
+    """Join flag, pole and platform as the picture does: the objects and their buffers."""
+    objects = flag_scene(wave(), None, camera, Materials(), Scene())
+    buffers = SceneBuffers(objects)
+    buffers.give(objects)
+    for piece in buffers.pieces:
+        buffers.take(piece)
+    return objects, buffers
 
 
 def embree_depth(camera):
     """Cast a ray through the centre of every pixel: depth (height, width), inf for nothing."""
     scenes = pytest.importorskip('embreex.rtcore_scene', reason='embreex is not installed')
     from embreex.mesh_construction import TriangleMesh
-    assembly = assemble(camera)
+    _, assembly = assemble(camera)
     # Embree's single precision is best near the camera.
     corners = (assembly.points - camera.position) @ camera.pose[:3, :3].T
     scene = scenes.EmbreeScene()
@@ -77,9 +81,9 @@ def rim(mask):
 def test_mask_and_depth_against_embree():
     differing = silhouette = close = both = 0
     for view in VIEWS.values():
-        camera, picture = Camera(**view), Picture()
-        picture.draw(wave(), camera=camera)
-        depth, cast = picture.depth(), embree_depth(camera)
+        camera, picture = Camera(**view), DepthPicture()
+        picture.draw(wave(), camera=camera).colour
+        depth, cast = picture.frame.depth, embree_depth(camera)
         drawn, hit = np.isfinite(depth), np.isfinite(cast)
         differing += np.sum(drawn != hit)
         silhouette += np.sum(rim(hit))
@@ -128,15 +132,15 @@ def llvmpipe_image(camera, light, interpolation, background):
         pytest.skip(f'Mesa is not installed: {error}')
     if 'llvmpipe' not in context.info['GL_RENDERER']:
         pytest.skip(f'not llvmpipe: {context.info["GL_RENDERER"]}')
-    assembly = assemble(camera)
+    objects, assembly = assemble(camera)
     points = assembly.points @ camera.pose[:3, :3].T + camera.pose[:3, 3]
     image = points @ camera.K.T
     # Snapped as by the picture; a corner's place is what both must agree on.
     places = np.floor(image[:, :2] / image[:, 2:] * 256 + 0.5) / 256
     colours = np.empty((len(points), 2, 3))
-    for name, (vertices, _) in assembly.parts.items():
+    for one, (vertices, _) in zip(objects, assembly.parts):
         shade(assembly.points[vertices], assembly.normals[vertices], camera.viewpoint,
-              getattr(Materials(), name), light, colours[vertices])
+              one.surface, light, colours[vertices])
     data = np.column_stack([places, 1.0 / points[:, 2], colours[:, 0], colours[:, 1]])
     word = '' if interpolation == 'perspective' else 'noperspective'
     program = context.program(vertex_shader=SHADER.format(word),
@@ -148,8 +152,8 @@ def llvmpipe_image(camera, light, interpolation, background):
     vertices = context.buffer(data.astype(np.float32).tobytes())
     context.enable(context.DEPTH_TEST)
     # Closed bodies hide their backs; the flag shows both sides.
-    for triangles, cull in ((assembly.triangles[:assembly.closed], False),
-                            (assembly.triangles[assembly.closed:], True)):
+    for triangles, cull in ((assembly.triangles[assembly.is_closed == 0], False),
+                            (assembly.triangles[assembly.is_closed == 1], True)):
         (context.enable if cull else context.disable)(context.CULL_FACE)
         numbers = context.buffer(np.ascontiguousarray(triangles).tobytes())
         context.vertex_array(program, [(vertices, '3f 3f 3f', 'screen', 'front', 'back')],
@@ -167,7 +171,7 @@ def llvmpipe_image(camera, light, interpolation, background):
 def test_colour_against_llvmpipe(view, interpolation):
     camera, style = Camera(**VIEWS[view]), Style(interpolation=interpolation)
     expected = llvmpipe_image(camera, Light(), interpolation, style.background)
-    rgb = Picture().draw(wave(), camera=camera, style=style)
+    rgb = DepthPicture().draw(wave(), camera=camera, style=style).colour
     apart = np.abs(rgb.astype(int) - expected).max(axis=-1)
     assert np.mean(np.any(expected != style.background, axis=-1)) > 0.05
     assert np.sum(apart > 1) == 0

@@ -20,6 +20,7 @@ import numpy as np
 import pytest
 
 from support.flags import wave
+from support.pictures import DepthPicture
 
 NOTHING = Scene(pole_visible=False, platform_visible=False)
 LIGHT = Light(intensity=0.0, ambient=1.0)
@@ -53,7 +54,7 @@ def draw(corners, **options):
     u, v = np.array([[au, bu], [cu, cu]]), np.array([[av, bv], [cv, cv]])
     flag = np.stack([u - 20.0, np.zeros((2, 2)), 15.0 - v], axis=-1)
     return Picture().draw(flag, None, CAMERA, LIGHT, Materials(Surface(RED)), NOTHING,
-                          Style(outline=True, **options))
+                          Style(outline=True, **options)).colour
 
 
 @pytest.mark.parametrize('hidden_surface', ['zbuffer', 'painter'])
@@ -85,10 +86,10 @@ def test_hidden_edges_stay_hidden(order):
     # The hidden sheet is drawn before the other one, and after it.
     wall, both = wall[::order], both[::order]
     alone, hidden = (Picture().draw(cloth, None, camera, LIGHT, Materials(Surface(RED)), NOTHING,
-                                    Style(outline=True)) for cloth in (wall, both))
-    picture = Picture()
-    picture.draw(wall, camera=camera, scene=NOTHING)
-    v, u = np.nonzero(np.isfinite(picture.depth()))
+                                    Style(outline=True)).colour for cloth in (wall, both))
+    picture = DepthPicture()
+    picture.draw(wall, camera=camera, scene=NOTHING).colour
+    v, u = np.nonzero(np.isfinite(picture.frame.depth))
     inside = np.zeros(alone.shape[:2], bool)
     inside[v, u] = True
     # Beside its rim the sheet's own lines stand alone; within, nothing shines through.
@@ -98,7 +99,7 @@ def test_hidden_edges_stay_hidden(order):
 def test_every_triangle_shows_its_edges():
     camera = Camera(1280, 720)
     rgb = Picture().draw(wave(9, 13), None, camera, LIGHT, Materials(Surface(RED)), NOTHING,
-                         Style(outline=True))
+                         Style(outline=True)).colour
     points = wave(9, 13) @ camera.pose[:3, :3].T + camera.pose[:3, 3]
     image = points @ camera.K.T
     u, v = np.round(image[..., :2] / image[..., 2:]).astype(int).transpose(2, 0, 1)
@@ -112,5 +113,5 @@ def test_perspective_correct_lines_are_as_dark():
     rgb = draw([(3, 3), (35, 8), (10, 28)], interpolation='perspective')
     assert {tuple(colour) for colour in rgb.reshape(-1, 3)} == {RED, DARK, (180, 240, 240)}
     rgb = Picture().draw(wave(9, 13), None, Camera(), LIGHT, Materials(Surface(RED)), NOTHING,
-                         Style(outline=True, interpolation='perspective'))
+                         Style(outline=True, interpolation='perspective')).colour
     assert {tuple(colour) for colour in rgb.reshape(-1, 3)} == {RED, DARK, (180, 240, 240)}

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """The painter's order, and how far its picture is from the Z-buffer's."""
-from flag_sim.drawing import Camera, Picture, Scene, Style
+from flag_sim.drawing import Camera, Scene, Style
 from flag_sim.drawing.painter import far_to_near
 
 import numpy as np
@@ -21,6 +21,7 @@ import numpy as np
 import pytest
 
 from support.flags import wave
+from support.pictures import DepthPicture
 
 PAINTER = Style(hidden_surface='painter')
 
@@ -38,10 +39,10 @@ def test_a_lone_sheet_is_the_same_picture():
     nothing = Scene(pole_visible=False, platform_visible=False)
     flag = wave()
     flag[..., 1] *= 0.2  # no part of it hides another
-    pictures = Picture(), Picture()
-    np.testing.assert_array_equal(pictures[0].draw(flag, scene=nothing),
-                                  pictures[1].draw(flag, scene=nothing, style=PAINTER))
-    np.testing.assert_array_equal(pictures[0].depth(), pictures[1].depth())
+    pictures = DepthPicture(), DepthPicture()
+    np.testing.assert_array_equal(pictures[0].draw(flag, scene=nothing).colour,
+                                  pictures[1].draw(flag, scene=nothing, style=PAINTER).colour)
+    np.testing.assert_array_equal(pictures[0].frame.depth, pictures[1].frame.depth)
 
 
 @pytest.mark.parametrize('projection', ['perspective', 'orthographic'])
@@ -50,9 +51,9 @@ def test_some_pixels_are_wrong_but_few(projection):
     wrong = covered = 0
     for azimuth in np.linspace(-3.0, 3.0, 12):
         camera = Camera(azimuth=azimuth, projection=projection)
-        picture = Picture()
-        right = picture.draw(wave(), camera=camera)
-        covered += np.isfinite(picture.depth()).sum()
-        painted = Picture().draw(wave(), camera=camera, style=PAINTER)
+        picture = DepthPicture()
+        right = picture.draw(wave(), camera=camera).colour
+        covered += np.isfinite(picture.frame.depth).sum()
+        painted = DepthPicture().draw(wave(), camera=camera, style=PAINTER).colour
         wrong += (right != painted).any(axis=-1).sum()
     assert 0.0 < wrong / covered < 0.02

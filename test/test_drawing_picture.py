@@ -17,13 +17,14 @@ import math
 
 from flag_sim.drawing import Camera, Light, Materials, Picture, Scene, Style, Surface
 from flag_sim.drawing.mesh import grid_triangles
-from flag_sim.drawing.scene import platform_mesh, pole_mesh
+from flag_sim.drawing.shapes import platform_mesh, pole_mesh
 
 import numpy as np
 
 import pytest
 
 from support.flags import wave
+from support.pictures import DepthPicture
 
 NOTHING = Scene(pole_visible=False, platform_visible=False)
 WHITE = Materials(flag=Surface((255, 255, 255)))
@@ -91,9 +92,9 @@ VIEWS = {
 @pytest.mark.parametrize('view', VIEWS)
 def test_mask_and_depth_against_rays(view):
     camera = Camera(width=120, height=90, **VIEWS[view])
-    picture, flag = Picture(), wave(11, 16)
-    picture.draw(flag, camera=camera)
-    depth, expected = picture.depth(), cast_rays(camera, flag, Scene())
+    picture, flag = DepthPicture(), wave(11, 16)
+    picture.draw(flag, camera=camera).colour
+    depth, expected = picture.frame.depth, cast_rays(camera, flag, Scene())
     drawn, cast = np.isfinite(depth), np.isfinite(expected)
     assert cast.any()
     # Corners are snapped to 1/256 pixel: a ray within that of a silhouette may differ.
@@ -106,14 +107,14 @@ def test_mask_and_depth_against_rays(view):
 
 def test_a_vertex_is_where_pose_and_projection_say():
     camera = Camera(width=321, height=203, vertical_fov=0.5, azimuth=-1.2, elevation=0.3, roll=0.2)
-    picture = Picture()
+    picture = DepthPicture()
     for point in ((0.5, 0.1, 8.0), (1.9, -0.3, 8.7), (1.0, 0.0, 7.3)):
         # A tiny square about the point, that must be drawn about its pixel.
         x, y = np.meshgrid([-0.02, 0.02], [0.02, -0.02])
         square = np.array(point) + x[..., None] * camera.pose[0, :3] + \
             y[..., None] * camera.pose[1, :3]
-        picture.draw(square, camera=camera, scene=NOTHING)
-        v, u = np.nonzero(np.isfinite(picture.depth()))
+        picture.draw(square, camera=camera, scene=NOTHING).colour
+        v, u = np.nonzero(np.isfinite(picture.frame.depth))
         image = camera.P @ camera.pose @ np.array([*point, 1.0])
         assert u.mean() == pytest.approx(image[0] / image[2], abs=0.5)
         assert v.mean() == pytest.approx(image[1] / image[2], abs=0.5)
@@ -127,12 +128,12 @@ def test_a_plane_has_its_depth_and_colour():
                     elevation=0.0, vertical_fov=1.0)
     x, z = np.meshgrid([-5.0, 9.0], [30.0, -30.0])
     light = Light(azimuth=-1.0, elevation=0.3, intensity=0.6, ambient=0.2)
-    picture = Picture()
+    picture = DepthPicture()
     rgb = picture.draw(np.stack([x, 1 + x / 2, z], -1), camera=camera, light=light,
-                       materials=WHITE, scene=NOTHING)
+                       materials=WHITE, scene=NOTHING).colour
     slope = (np.arange(200) - 99.5) / camera.focal
     expected = np.broadcast_to(1 / (1 - slope / 2), (100, 200))
-    np.testing.assert_allclose(picture.depth(), expected, rtol=2e-4)
+    np.testing.assert_allclose(picture.frame.depth, expected, rtol=2e-4)
     cosine = np.dot(np.array([0.5, -1.0, 0.0]) / math.sqrt(1.25), light.direction)
     assert np.unique(rgb) == round(255 * (0.2 + 0.6 * cosine))
 
@@ -145,11 +146,11 @@ def test_a_sphere_has_its_silhouette_depth_and_light():
                         np.cos(polar)], axis=-1)
     camera = Camera(width=300, height=220, target=centre, distance=4.0, elevation=0.2)
     light = Light(azimuth=-1.5, elevation=0.4, intensity=0.7, ambient=0.2)
-    picture = Picture()
+    picture = DepthPicture()
     # Around runs from y to x: along the rows it is clockwise, and the front is outside in.
     rgb = picture.draw(centre + radius * normals, normals, camera, light, WHITE, NOTHING,
-                       Style(interpolation='perspective'))
-    depth = picture.depth()
+                       Style(interpolation='perspective')).colour
+    depth = picture.frame.depth
 
     v, u = np.mgrid[:220, :300]
     ways = np.stack([(u - camera.centre[0]) / camera.focal, (v - camera.centre[1]) / camera.focal,
@@ -177,7 +178,7 @@ def test_the_side_that_is_seen_is_lit():
         levels = []
         for azimuth in (-math.pi / 2, math.pi / 2):
             rgb = Picture().draw(flag, None, Camera(azimuth=azimuth, target=(1, 0, 8)), light,
-                                 WHITE, NOTHING)
+                                 WHITE, NOTHING).colour
             levels.append(int(rgb[240, 320, 0]))
         # Sun and eye on one side: lit. Eye on the other side: in the shade.
         assert levels == [191, 64]
@@ -187,7 +188,7 @@ def test_flat_shading_gives_each_triangle_one_colour():
     camera, flag = Camera(width=300, height=200), wave(3, 4)
     flat, smooth = (
         Picture().draw(flag, None, camera, Light(-0.5, 0.2, 0.6, 0.2), WHITE, NOTHING,
-                       Style(shading=shading)) for shading in ('flat', 'gouraud'))
+                       Style(shading=shading)).colour for shading in ('flat', 'gouraud'))
     # Twelve triangles and the background.
     assert 5 < len(np.unique(flat.reshape(-1, 3), axis=0)) <= 13
     assert len(np.unique(smooth.reshape(-1, 3), axis=0)) > 13
@@ -195,61 +196,61 @@ def test_flat_shading_gives_each_triangle_one_colour():
 
 def test_interpolations_differ_little_but_do():
     camera = Camera(distance=0.7, azimuth=-0.6)
-    screen, perspective = (Picture().draw(
-        wave(5, 7), camera=camera, style=Style(interpolation=name)).astype(int)
+    screen, perspective = (DepthPicture().draw(
+        wave(5, 7), camera=camera, style=Style(interpolation=name)).colour.astype(int)
         for name in ('screen', 'perspective'))
     assert 0 < np.abs(screen - perspective).max() < 60
 
 
 def test_given_normals_are_used_and_none_averages():
     flag = wave()
-    own = Picture().draw(flag)
+    own = DepthPicture().draw(flag).colour
     along, down = np.gradient(flag, axis=1), np.gradient(flag, axis=0)
-    given = Picture().draw(flag, np.cross(along, down))
+    given = DepthPicture().draw(flag, np.cross(along, down)).colour
     assert 0 < np.abs(own.astype(int) - given).max() < 25
-    assert not np.array_equal(Picture().draw(flag, np.zeros_like(flag)), own)
+    assert not np.array_equal(DepthPicture().draw(flag, np.zeros_like(flag)).colour, own)
 
 
 @pytest.mark.parametrize('width, height', [(1, 1), (1, 50), (50, 1), (3, 7), (7680, 4320)])
 def test_sizes(width, height):
-    picture = Picture()
+    picture = DepthPicture()
     camera = Camera(width=width, height=height, target=(1.2, 0.3, 8.0), distance=3.0)
-    rgb = picture.draw(wave(), camera=camera)
+    rgb = picture.draw(wave(), camera=camera).colour
     assert rgb.shape == (height, width, 3)
     assert rgb.dtype == np.uint8 and rgb.flags.c_contiguous
-    assert picture.depth().shape == (height, width)
-    assert picture.depth().dtype == np.float32
-    assert np.isfinite(picture.depth()[height // 2, width // 2])
+    assert picture.frame.depth.shape == (height, width)
+    assert picture.frame.depth.dtype == np.float32
+    assert np.isfinite(picture.frame.depth[height // 2, width // 2])
 
 
 def test_one_picture_serves_cameras_and_grids_of_changing_size():
-    picture = Picture()
+    picture = DepthPicture()
     for width, rows in ((64, 5), (33, 9), (64, 5), (200, 2)):
         camera = Camera(width=width, height=48)
-        np.testing.assert_array_equal(picture.draw(wave(rows, 7), camera=camera),
-                                      Picture().draw(wave(rows, 7), camera=camera))
+        np.testing.assert_array_equal(picture.draw(wave(rows, 7), camera=camera).colour,
+                                      DepthPicture().draw(wave(rows, 7), camera=camera).colour)
 
 
 def test_background_is_where_nothing_is():
-    picture = Picture()
-    rgb = picture.draw(wave(), style=Style(background=(1, 2.6, 255)))
-    nothing = np.isinf(picture.depth())
+    picture = DepthPicture()
+    rgb = picture.draw(wave(), style=Style(background=(1, 2.6, 255))).colour
+    nothing = np.isinf(picture.frame.depth)
     assert 0.2 < nothing.mean() < 0.95
     assert (rgb[nothing] == (1, 3, 255)).all()
 
 
 def test_the_same_input_gives_the_same_picture():
-    picture, flag = Picture(), wave()
-    first, depth = picture.draw(flag).copy(), picture.depth()
-    picture.draw(wave(phase=1.0), camera=Camera(projection='orthographic'))
-    np.testing.assert_array_equal(picture.draw(flag), first)
-    np.testing.assert_array_equal(picture.depth(), depth)
-    np.testing.assert_array_equal(Picture().draw(flag.copy()), first)
+    picture, flag = DepthPicture(), wave()
+    first, depth = picture.draw(flag).colour.copy(), picture.frame.depth
+    picture.draw(wave(phase=1.0), camera=Camera(projection='orthographic')).colour
+    np.testing.assert_array_equal(picture.draw(flag).colour, first)
+    np.testing.assert_array_equal(picture.frame.depth, depth)
+    np.testing.assert_array_equal(DepthPicture().draw(flag.copy()).colour, first)
 
 
 @pytest.mark.parametrize('width', [64, 61])
 def test_nothing_of_earlier_frames_is_left(width):
-    picture = Picture()
+    picture = DepthPicture()
     rng = np.random.default_rng(4)
     for number in range(60):
         camera = Camera(width=width, height=47, distance=rng.choice([0.0, 3.0, 9.0]),
@@ -257,49 +258,51 @@ def test_nothing_of_earlier_frames_is_left(width):
         scene = Scene(pole_visible=number % 3 > 0, platform_visible=number % 4 > 1)
         style = Style(background=(number // 7, 0, 9))
         flag = wave(5, 7, phase=number) + rng.normal(size=3)
-        rgb, fresh = picture.draw(flag, camera=camera, scene=scene, style=style), Picture()
+        fresh = DepthPicture()
+        rgb = picture.draw(flag, camera=camera, scene=scene, style=style).colour
         np.testing.assert_array_equal(
-            rgb, fresh.draw(flag, camera=camera, scene=scene, style=style))
-        np.testing.assert_array_equal(picture.depth(), fresh.depth())
+            rgb, fresh.draw(flag, camera=camera, scene=scene, style=style).colour)
+        np.testing.assert_array_equal(picture.frame.depth, fresh.frame.depth)
 
 
 def test_the_frame_is_read_only():
     with pytest.raises(ValueError, match='read-only'):
-        Picture().draw(wave())[0, 0] = 0
+        DepthPicture().draw(wave()).colour[0, 0] = 0
 
 
 def test_float32_vertices_are_as_good():
     flag = wave().astype(np.float32)
-    np.testing.assert_array_equal(Picture().draw(flag), Picture().draw(flag.astype(float)))
+    np.testing.assert_array_equal(Picture().draw(flag).colour,
+                                  Picture().draw(flag.astype(float)).colour)
 
 
 @pytest.mark.parametrize('bad', [math.nan, math.inf, -math.inf, 1e308])
 def test_a_bad_vertex_takes_its_triangles_alone(bad):
-    flag, picture = wave(), Picture()
-    good = picture.draw(flag, scene=NOTHING).copy()
+    flag, picture = wave(), DepthPicture()
+    good = picture.draw(flag, scene=NOTHING).colour.copy()
     flag[10, 15, 1] = bad
-    holed = picture.draw(flag, scene=NOTHING)
+    holed = picture.draw(flag, scene=NOTHING).colour
     background = (180, 240, 240)
     gone = (holed == background).all(-1) & ~(good == background).all(-1)
     assert 100 < gone.sum() < 5000
     flag[:] = bad
-    assert (picture.draw(flag, scene=NOTHING) == background).all()
+    assert (picture.draw(flag, scene=NOTHING).colour == background).all()
 
 
 @pytest.mark.parametrize('elevation', [math.pi / 2, -math.pi / 2])
 def test_through_the_platforms_hole_the_background_is_seen(elevation):
     scene, light = Scene(pole_visible=False), Light(intensity=0.0, ambient=1.0)
     camera = Camera(200, 200, target=(0, 0, 0.15), distance=2.0, elevation=elevation)
-    picture = Picture()
-    rgb = picture.draw(wave() + [9.0, 0.0, 0.0], camera=camera, light=light, scene=scene)
+    picture = DepthPicture()
+    rgb = picture.draw(wave() + [9.0, 0.0, 0.0], camera=camera, light=light, scene=scene).colour
     u, v = np.meshgrid(*2 * [np.arange(200) - 99.5])
     # The nearer rim at depth 1.85 hides none of the farther one at 2.15, which is the smaller.
     outwards = np.hypot(u, v) / camera.focal
     is_open, is_body = outwards < 0.048 / 2.15, (outwards > 0.052 / 1.85) & (outwards < 0.2)
     assert is_open.sum() > 50
-    assert (rgb[is_open] == (180, 240, 240)).all() and np.isinf(picture.depth()[is_open]).all()
+    assert (rgb[is_open] == (180, 240, 240)).all() and np.isinf(picture.frame.depth[is_open]).all()
     assert (rgb[is_body] == (150, 145, 135)).all()
-    np.testing.assert_allclose(picture.depth()[is_body], 1.85, rtol=1e-5)
+    np.testing.assert_allclose(picture.frame.depth[is_body], 1.85, rtol=1e-5)
 
 
 @pytest.mark.parametrize('elevation', [0.7, -0.7])
@@ -307,13 +310,13 @@ def test_the_platforms_hole_has_a_wall_and_its_light(elevation):
     # So slanted that the other end of the hole hides behind its wall.
     z = 0.3 if elevation > 0 else 0.0
     camera = Camera(200, 200, target=(0, 0, z), distance=2.0, elevation=elevation)
-    picture = Picture()
+    picture = DepthPicture()
     rgb = picture.draw(wave(), camera=camera, scene=Scene(pole_visible=False),
                        light=Light(azimuth=-math.pi / 2, elevation=0.0, intensity=0.5,
-                                   ambient=0.5))
+                                   ambient=0.5)).colour
     # The ray through the hole's middle meets the wall, of radius 0.05, on the far side, y > 0,
     # whose front looks back to where the sun stands.
-    assert picture.depth()[99:101, 99:101].mean() == pytest.approx(
+    assert picture.frame.depth[99:101, 99:101].mean() == pytest.approx(
         2.0 + 0.05 / math.cos(elevation), rel=2e-3)
     assert np.abs(rgb[99:101, 99:101].astype(int) - (150, 145, 135)).max() <= 1
     # The sun stands on the rim of the level faces beside the hole.
@@ -325,9 +328,9 @@ def test_the_default_camera_shows_the_whole_flag_and_the_tip():
     for turn in (0.0, 0.25, 0.5):
         s, z = np.meshgrid([0.0, 2.25], [8.9, 7.4])
         flag = np.stack([0.05 + s * math.cos(turn), s * math.sin(turn), z], axis=-1)
-        picture = Picture()
-        picture.draw(flag, scene=NOTHING)
-        v, u = np.nonzero(np.isfinite(picture.depth()))
+        picture = DepthPicture()
+        picture.draw(flag, scene=NOTHING).colour
+        v, u = np.nonzero(np.isfinite(picture.frame.depth))
         assert 20 < u.min() and u.max() < camera.width - 20
         assert 20 < v.min() and v.max() < camera.height - 20
         # Large, though there is room below for the flag when it hangs.
@@ -339,17 +342,27 @@ def test_the_default_camera_shows_the_whole_flag_and_the_tip():
 @pytest.mark.parametrize('shape', [(3,), (5, 3), (5, 5, 2), (1, 5, 3), (2, 5, 5, 3)])
 def test_vertices_of_another_shape_are_refused(shape):
     with pytest.raises(ValueError, match='flag_vertices|grid'):
-        Picture().draw(np.zeros(shape))
+        DepthPicture().draw(np.zeros(shape)).colour
 
 
 def test_normals_of_another_shape_are_refused():
     with pytest.raises(ValueError, match='flag_normals'):
-        Picture().draw(wave(5, 5), np.zeros((5, 4, 3)))
+        DepthPicture().draw(wave(5, 5), np.zeros((5, 4, 3))).colour
 
 
-def test_depth_before_the_first_frame_is_refused():
-    with pytest.raises(ValueError, match='depth'):
-        Picture().depth()
+def test_a_frame_holds_what_was_asked_for_and_copies_stay():
+    picture = Picture()
+    assert picture.draw(wave()).depth is None
+    frame = picture.draw(wave(), with_depth=True)
+    kept = frame.copy()
+    other = picture.draw(wave(phase=2.0), with_depth=True)
+    assert not np.array_equal(kept.colour, other.colour)
+    again = Picture().draw(wave(), with_depth=True)
+    np.testing.assert_array_equal(kept.colour, again.colour)
+    np.testing.assert_array_equal(kept.depth, again.depth)
+    for array in (other.colour, other.depth):
+        with pytest.raises(ValueError, match='read-only'):
+            array[0, 0] = 0
 
 
 def test_a_thin_triangle_is_between_its_corners():
@@ -360,10 +373,10 @@ def test_a_thin_triangle_is_between_its_corners():
         ends = camera.position + rng.uniform([-0.6, 4.0, -0.5], [0.6, 5.5, 0.5], (2, 3))
         third = ends[0] + rng.random() * (ends[1] - ends[0]) + rng.normal(scale=3e-5, size=3)
         flag = np.stack([[ends[0], ends[1]], [third, third]])
-        picture = Picture()
+        picture = DepthPicture()
         picture.draw(flag, camera=camera, scene=NOTHING,
-                     style=Style(hidden_surface=('zbuffer', 'painter')[number % 2]))
-        depths = picture.depth()
+                     style=Style(hidden_surface=('zbuffer', 'painter')[number % 2])).colour
+        depths = picture.frame.depth
         depths = depths[np.isfinite(depths)]
         drawn += depths.size
         corners = (flag - camera.position) @ camera.pose[2, :3]
@@ -379,13 +392,13 @@ def test_a_thin_triangle_is_between_its_corners():
     ('flag_normals', np.zeros((21, 31))), ('flag_normals', np.full((21, 31, 3), '1'))])
 def test_what_is_no_such_thing_is_refused_by_name(argument, value):
     with pytest.raises(ValueError, match=f'{argument} must be'):
-        Picture().draw(**{'flag_vertices': wave(), argument: value})
+        DepthPicture().draw(**{'flag_vertices': wave(), argument: value}).colour
 
 
 @pytest.mark.parametrize('threads', [-1, 65, 1.5, 'two', math.nan])
 def test_a_number_of_threads_that_cannot_be_is_refused(threads):
     with pytest.raises(ValueError, match='threads must be'):
-        Picture(threads)
+        DepthPicture(threads)
 
 
 def test_attributes_that_do_not_exist_are_refused():

@@ -15,10 +15,13 @@
 """Coverage against exact whole-number arithmetic, values against formulas."""
 from fractions import Fraction
 
+from flag_sim.drawing.attributes import new_slots
+from flag_sim.drawing.batched import new_batch
 from flag_sim.drawing.clipping import GUARD
-from flag_sim.drawing.culling import ALONE, CHUNK, collect, cull, NARROW, SLIM
-from flag_sim.drawing.projection import project, SUBPIXELS
-from flag_sim.drawing.rasterizer import fill
+from flag_sim.drawing.culling import CHUNK, collect, cull, LARGE, Margin, MEDIUM, Order, SMALL
+from flag_sim.drawing.geometry import Geometry, Lens, project, SUBPIXELS, Vertices
+from flag_sim.drawing.large import new_polygon
+from flag_sim.drawing.visibility import Colours, Pass, rasterize, Target
 
 import numpy as np
 
@@ -26,7 +29,8 @@ import pytest
 
 WIDTH, HEIGHT = 61, 43
 STRIDE = 64
-NO_MARKS = np.empty((0, 0), np.bool_)
+NO_NUMBERS, NO_SLOTS = np.empty(0, np.uint32), new_slots(0)
+BATCH, POLYGON = new_batch(), new_polygon()
 
 
 def draw(corners, reversed_z=1.0, colours=255.0, is_perspective_correct=False, bands=1,
@@ -34,32 +38,42 @@ def draw(corners, reversed_z=1.0, colours=255.0, is_perspective_correct=False, b
     """
     Draw triangles of corners (m, 3, 2) [pixel]; return reversed Z and words, (HEIGHT, WIDTH).
 
-    kind: how all are drawn: ALONE, NARROW or SLIM; None leaves that to their widths.
+    kind: how all are drawn: LARGE, MEDIUM or SMALL; None leaves that to their widths.
     """
     snapped = np.asarray(np.round(np.asarray(corners) * SUBPIXELS), dtype=np.int32).reshape(-1, 2)
-    u, v = np.ascontiguousarray(snapped.T)
     points, count = len(snapped), len(snapped) // 3
     near = np.array(np.broadcast_to(reversed_z, (count, 3)), dtype=float).ravel()
     matter = np.empty((points, 2, 3))
     matter[:] = np.broadcast_to(colours, (count, 3, 3)).reshape(-1, 1, 3)
-    triangles, order = np.arange(points, dtype=np.int32).reshape(-1, 3), \
-        np.arange(count, dtype=np.int32)
-    outcodes, kinds = np.zeros(points, np.int32), np.empty(count, np.uint8)
-    spans, boxes = np.empty((2, count), np.int16), np.empty((4, -(-count // CHUNK)), np.int32)
-    cull(triangles, order, 0, boxes.shape[1], u, v, outcodes, SUBPIXELS, WIDTH, HEIGHT, kinds,
-         spans, boxes)
+    vertices = Vertices(np.empty((points, 3)), *np.ascontiguousarray(snapped.T), near,
+                        np.zeros(points, np.int32))
+    geometry, order = scene(vertices, Lens(np.eye(4), 0.0, 0.0, 0.1, True), SUBPIXELS)
     if kind is not None:
-        kinds[:] = kind
+        geometry.sizes[:] = kind
     numbers = np.empty(count + 1, np.int32)
     depth, words = np.zeros((HEIGHT, STRIDE), np.float32), np.zeros((HEIGHT, STRIDE), np.uint32)
+    how = Pass(*np.int32(np.multiply(shift, SUBPIXELS)),
+               np.float32(-np.inf if is_painter else np.inf), False, is_perspective_correct)
     for top in range(0, HEIGHT, -(-HEIGHT // bands)):
         end = min(top + -(-HEIGHT // bands), HEIGHT)
-        found, _, _ = collect(order, spans, boxes, top, end, numbers)
-        fill(triangles, numbers, found, kinds, count, np.empty((points, 3)), u, v, near, outcodes,
-             matter, False, 0.0, 0.0, 0.1, True, is_perspective_correct, is_painter, False,
-             *np.int32(np.multiply(shift, SUBPIXELS)), NO_MARKS, top, end, WIDTH, STRIDE,
-             depth[top:end].reshape(-1), words[top:end].reshape(-1))
+        found, _, _ = collect(order, top, end, numbers)
+        target = Target(words[top:end].reshape(-1), depth[top:end].reshape(-1), NO_NUMBERS,
+                        NO_SLOTS, top, end, WIDTH, STRIDE)
+        rasterize(geometry, Colours(matter, False), numbers[:found], how, target, BATCH, POLYGON)
     return depth[:, :WIDTH], words[:, :WIDTH]
+
+
+def scene(vertices, lens, margin):
+    """Return the Geometry of triangles of three vertices each, and their Order."""
+    points = len(vertices.u)
+    count = points // 3
+    geometry = Geometry(np.arange(points, dtype=np.int32).reshape(-1, 3),
+                        np.zeros(count, np.uint8), np.empty(count, np.uint8), vertices, lens)
+    chunks = -(-count // CHUNK)
+    order = Order(np.arange(count, dtype=np.int32), np.empty((2, count), np.int16),
+                  np.empty((4, chunks), np.int32))
+    cull(geometry, order, Margin(WIDTH, HEIGHT, margin), 0, chunks)
+    return geometry, order
 
 
 def covered(snapped):
@@ -130,8 +144,8 @@ KINDS = ['random', 'sliver', 'small', 'narrow', 'centres', 'halves', 'axes', 'hu
 
 
 @pytest.mark.parametrize('kind, way', [
-    *((kind, None) for kind in KINDS), ('small', ALONE), ('small', NARROW), ('narrow', ALONE),
-    ('narrow', SLIM)])
+    *((kind, None) for kind in KINDS), ('small', LARGE), ('small', MEDIUM), ('narrow', LARGE),
+    ('narrow', SMALL)])
 def test_coverage_is_exact(kind, way):
     rng = np.random.default_rng(2021)
     some = False
@@ -204,7 +218,7 @@ def test_triangles_in_groups_and_alone_make_the_same_picture():
         for is_painter in (False, True):
             (one, words), (same, same_words), (other, others) = (
                 draw(corners, reversed_z, colours, is_perspective_correct, is_painter=is_painter,
-                     kind=kind) for kind in (SLIM, NARROW, ALONE))
+                     kind=kind) for kind in (SMALL, MEDIUM, LARGE))
             np.testing.assert_array_equal(same, one)
             np.testing.assert_array_equal(same_words, words)
             np.testing.assert_allclose(one, other, rtol=1e-5)
@@ -269,7 +283,7 @@ def shift_of(words, channel):
     return words >> np.uint32(8 * channel) & np.uint32(255)
 
 
-@pytest.mark.parametrize('kind', [ALONE, NARROW, SLIM])
+@pytest.mark.parametrize('kind', [LARGE, MEDIUM, SMALL])
 @pytest.mark.parametrize('is_painter', [False, True])
 @pytest.mark.parametrize('shift', [(0.0, 0.0), (0.46875, -0.46875)])
 def test_no_value_leaves_its_triangles_own_range(kind, is_painter, shift):
@@ -295,7 +309,7 @@ def test_no_value_leaves_its_triangles_own_range(kind, is_painter, shift):
     assert drawn > 100
 
 
-@pytest.mark.parametrize('kind', [ALONE, NARROW, SLIM])
+@pytest.mark.parametrize('kind', [LARGE, MEDIUM, SMALL])
 def test_values_by_exact_arithmetic(kind):
     # Barycentric weights in whole numbers; one step of the grid in area tells how exact it can be.
     rng = np.random.default_rng(12)
@@ -325,26 +339,24 @@ def test_hostile_vertices_write_nothing_outside():
     vertices = rng.choice(values, (12000, 3)) * rng.choice([1.0, 0.37], (12000, 1))
     ordinary = rng.random(12000) < 0.5
     vertices[ordinary] = rng.uniform(-3, 3, (ordinary.sum(), 3))
-    triangles = np.arange(12000, dtype=np.int32).reshape(-1, 3)
     matrix = np.diag([40.0, 40.0, 1.0, 1.0])
     size, margin = STRIDE * HEIGHT, 500
     for is_perspective in (True, False):
-        view, near = np.empty((12000, 3)), np.empty(12000)
-        u, v, outcodes = np.empty((3, 12000), np.int32)
-        project(vertices, matrix, 30.0, 21.0, 0.05, is_perspective, view, u, v, near, outcodes)
-        kinds, numbers = np.empty(4000, np.uint8), np.empty(4001, np.int32)
-        spans, boxes = np.empty((2, 4000), np.int16), np.empty((4, -(-4000 // CHUNK)), np.int32)
-        order = np.arange(4000, dtype=np.int32)
-        cull(triangles, order, 0, boxes.shape[1], u, v, outcodes, 0, WIDTH, HEIGHT, kinds, spans,
-             boxes)
-        count, _, _ = collect(order, spans, boxes, 0, HEIGHT, numbers)
+        seen = Vertices(np.empty((12000, 3)), *np.empty((2, 12000), np.int32), np.empty(12000),
+                        np.empty(12000, np.int32))
+        lens = Lens(matrix, 30.0, 21.0, 0.05, is_perspective)
+        project(vertices, lens, seen)
+        geometry, order = scene(seen, lens, 0)
+        numbers = np.empty(4001, np.int32)
+        count, _, _ = collect(order, 0, HEIGHT, numbers)
         # The rows lie between margins that must stay as they are.
         depth = np.full(size + 2 * margin, np.float32(-1e30))
         words = np.full(size + 2 * margin, 77, np.uint32)
-        fill(triangles, numbers, count, kinds, 4000, view, u, v, near, outcodes,
-             np.full((12000, 2, 3), 128.0), False, 30.0, 21.0, 0.05, is_perspective, True, False,
-             False, np.int32(0), np.int32(0), NO_MARKS, 0, HEIGHT, WIDTH, STRIDE,
-             depth[margin:margin + size], words[margin:margin + size])
+        target = Target(words[margin:margin + size], depth[margin:margin + size], NO_NUMBERS,
+                        NO_SLOTS, 0, HEIGHT, WIDTH, STRIDE)
+        rasterize(geometry, Colours(np.full((12000, 2, 3), 128.0), False), numbers[:count],
+                  Pass(np.int32(0), np.int32(0), np.float32(np.inf), False, True), target, BATCH,
+                  POLYGON)
         for buffer, clear in ((depth, np.float32(-1e30)), (words, 77)):
             assert (buffer[:margin] == clear).all() and (buffer[-margin:] == clear).all()
         assert np.isfinite(depth).all()

@@ -19,7 +19,7 @@ import math
 
 from flag_sim.drawing import Camera, Scene
 from flag_sim.drawing.mesh import face_normals, grid_triangles, vertex_normals
-from flag_sim.drawing.scene import platform_mesh, pole_mesh
+from flag_sim.drawing.shapes import platform_mesh, pole_mesh
 
 import numpy as np
 

@@ -18,10 +18,10 @@ import time
 
 from flag_sim import crew
 from flag_sim.atomics import fetch_add
-from flag_sim.drawing import Camera, Picture, Style
+from flag_sim.drawing import Camera, Style
 from flag_sim.drawing.bands import BAND
+from flag_sim.drawing.multisample import TILE
 from flag_sim.drawing.picture import WORTH_SHARING
-from flag_sim.drawing.tiles import TILE
 from flag_sim.kernels import kernel
 
 import numpy as np
@@ -29,6 +29,7 @@ import numpy as np
 import pytest
 
 from support.flags import wave
+from support.pictures import DepthPicture
 
 STYLES = {
     'plain': Style(), 'samples': Style(samples=4), 'outline': Style(outline=True, samples=8),
@@ -39,24 +40,25 @@ STYLES = {
 @pytest.mark.parametrize('name', STYLES)
 @pytest.mark.parametrize('width, height', [(640, 480), (61, 47), (3, 100), (50, 1)])
 def test_the_same_picture_to_the_bit(name, width, height):
-    one = Picture(threads=1)
-    others = [Picture(threads) for threads in (0, 2, 3, 7)]
+    one = DepthPicture(threads=1)
+    others = [DepthPicture(threads) for threads in (0, 2, 3, 7)]
     for phase in range(4):
         look = {'camera': Camera(width, height, elevation=0.2 * phase), 'style': STYLES[name]}
-        rgb = one.draw(wave(phase=phase), **look)
+        rgb = one.draw(wave(phase=phase), **look).colour
         for other in others:
-            np.testing.assert_array_equal(other.draw(wave(phase=phase), **look), rgb)
-            np.testing.assert_array_equal(other.depth(), one.depth())
+            np.testing.assert_array_equal(other.draw(wave(phase=phase), **look).colour, rgb)
+            np.testing.assert_array_equal(other.frame.depth, one.frame.depth)
 
 
 def test_the_same_picture_where_vertices_are_shared_too():
     # More pieces of points and of triangles than are worth sharing.
     for style in (STYLES['plain'], STYLES['painter']):
-        one, two = Picture(1), Picture(2)
+        one, two = DepthPicture(1), DepthPicture(2)
         for phase in range(3):
             flag = wave(rows=150, columns=301, phase=phase)
-            np.testing.assert_array_equal(two.draw(flag, style=style), one.draw(flag, style=style))
-        assert len(one._assembly.pieces) > WORTH_SHARING
+            np.testing.assert_array_equal(two.draw(flag, style=style).colour,
+                                          one.draw(flag, style=style).colour)
+        assert len(one._scene.pieces) > WORTH_SHARING
 
 
 def test_threads_are_awake_in_a_frame_alone():

@@ -102,9 +102,9 @@ class Stand:
 
     def expected(self, positions, normals=None):
         """Draw the same without the node."""
-        picture = Picture()
         look = look_of(self.renderer.values)
-        return picture.draw(np.float32(positions), normals, *look), picture.depth()
+        frame = Picture().draw(np.float32(positions), normals, *look, True)
+        return frame.colour, frame.depth
 
     def close(self):
         """End both nodes."""

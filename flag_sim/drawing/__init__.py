@@ -18,12 +18,17 @@ The picture: scene, camera, light and the rasterizer.
 In a few lines, with vertices (rows, columns, 3) [m] from anywhere:
 
 >>> from flag_sim.drawing import Camera, Light, Picture
->>> rgb = Picture().draw(vertices, camera=Camera(width=1280, height=720), light=Light())
+>>> frame = Picture().draw(vertices, camera=Camera(width=1280, height=720), light=Light())
+>>> frame.colour                        # (720, 1280, 3) uint8
 """
+from flag_sim.drawing.attributes import interpolate, Visibility
 from flag_sim.drawing.camera import Camera
-from flag_sim.drawing.light import Light, Surface
+from flag_sim.drawing.framebuffer import Frame
 from flag_sim.drawing.picture import Picture
-from flag_sim.drawing.scene import Scene
+from flag_sim.drawing.scene import body, flag_scene, Object, sheet
+from flag_sim.drawing.shading import Light, Surface
+from flag_sim.drawing.shapes import Scene
 from flag_sim.drawing.style import Materials, Style
 
-__all__ = ['Camera', 'Light', 'Materials', 'Picture', 'Scene', 'Style', 'Surface']
+__all__ = ['body', 'Camera', 'flag_scene', 'Frame', 'interpolate', 'Light', 'Materials', 'Object',
+           'Picture', 'Scene', 'sheet', 'Style', 'Surface', 'Visibility']

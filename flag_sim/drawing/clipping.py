@@ -27,6 +27,8 @@ GUARD = 2.0 ** 14
 REACH = 1e15
 # A triangle cut by five planes has at most eight corners.
 MOST_CORNERS = 8
+# X, Y, z, and a point's weights of the triangle's second and third vertex.
+CORNER_FIELDS = 5
 PLANES = 5
 
 INSIDE, OUTSIDE, INVALID = 0, 1, 2
@@ -53,8 +55,8 @@ def clip(corners, near, is_perspective):
     """
     Cut the triangle in corners[0, :3] to the inside of all planes; return its number of corners.
 
-    corners: (2, MOST_CORNERS + 1, 6): X, Y, z, red, green, blue. The planes take the polygon to
-    and fro between the two halves; it ends in corners[1].
+    corners: (2, MOST_CORNERS + 1, CORNER_FIELDS): X, Y, z and what else is linear in space. The
+    planes take the polygon to and fro between the two halves; it ends in corners[1].
     """
     count = 3
     for plane in range(PLANES):
@@ -65,7 +67,7 @@ def clip(corners, near, is_perspective):
             here = _inward(corners, source, k, plane, near, is_perspective)
             there = _inward(corners, source, k_next, plane, near, is_perspective)
             if here >= 0.0:
-                for c in range(6):
+                for c in range(CORNER_FIELDS):
                     corners[target, kept, c] = corners[source, k, c]
                 kept += 1
             if (here >= 0.0) != (there >= 0.0):
@@ -73,7 +75,7 @@ def clip(corners, near, is_perspective):
                 inner, outer = (k, k_next) if here >= 0.0 else (k_next, k)
                 step = abs(here) if here >= 0.0 else abs(there)
                 step /= abs(here) + abs(there)
-                for c in range(6):
+                for c in range(CORNER_FIELDS):
                     inside = corners[source, inner, c]
                     corners[target, kept, c] = \
                         inside + step * (corners[source, outer, c] - inside)

@@ -13,41 +13,65 @@
 # limitations under the License.
 
 """Which triangles can be seen at all, and in which rows: told once a frame, for all bands."""
+from typing import NamedTuple
+
 from flag_sim.drawing.clipping import INSIDE, INVALID
-from flag_sim.drawing.projection import next_centre, SUBPIXELS
+from flag_sim.drawing.geometry import next_centre, SUBPIXELS
 from flag_sim.kernels import kernel
 
 import numpy as np
 
 # Triangles in a row that share a box, so that a band passes by most of them at once.
 CHUNK = 64
-# How a triangle is drawn (see blocks): alone, or in a group, and of its rows then the blocks that
-# are needed, or all, for these are so few that to look which would take longer.
-ALONE, NARROW, SLIM = range(3)
+# How a triangle is drawn: LARGE ones one by one; others in batches, MEDIUM ones only in the blocks
+# of their rows that are needed, SMALL ones in all, for these are so few that to look which would
+# take longer.
+LARGE, MEDIUM, SMALL = range(3)
 # Up to which widths [subpixel]; a matter of speed, but the edge functions of what is drawn
-# in a group must stay below 2^31. Up to 64 pixels they do: no two vertices are more than 2^23
+# in batches must stay below 2^31. Up to 64 pixels they do: no two vertices are more than 2^23
 # subpixels apart (see GUARD), and blocks reach 14 pixels beyond: 2 (78 2^8) 2^23 / 2^8 < 2^31.
-NARROW_WIDTH, SLIM_WIDTH = 64 * SUBPIXELS, 16 * SUBPIXELS
+MEDIUM_WIDTH, SMALL_WIDTH = 64 * SUBPIXELS, 16 * SUBPIXELS
+
+
+class Order(NamedTuple):
+    """
+    The order in which triangles are drawn, and which rows each can cover.
+
+    numbers: (m,) int32; by the place in it, rows: (2, m) int16, first row and end, both 0 for
+    what cannot be seen; boxes: (4, chunks) int32, the same and first column and end of each CHUNK.
+    """
+
+    numbers: np.ndarray
+    rows: np.ndarray
+    boxes: np.ndarray
+
+
+class Margin(NamedTuple):
+    """The image's size, and by how much around pixels' centres triangles count [subpixel]."""
+
+    width: int
+    height: int
+    margin: int
 
 
 @kernel
-def cull(triangles, order, first_chunk, end_chunk, u, v, outcodes, margin, width, height,
-         kinds, spans, boxes):
+def cull(geometry, order, frame, first_chunk, end_chunk):
     """
-    Find the rows that triangles (m, 3) in `order` (m,) can cover.
+    Find the rows that triangles can cover: write order.rows and boxes, and geometry.sizes.
 
-    u, v, outcodes: from project; margin: [subpixel] around the pixels' centres. Writes
-    kinds (m,) uint8, by the triangle's number: ALONE, SLIM or NARROW; and by the place in `order`:
-    spans (2, m) int16, first row and end, both 0 for what cannot be seen; boxes (4, chunks)
-    int32: the same and first column and end of each CHUNK. Only chunks first_chunk ..
-    end_chunk - 1 are done.
+    frame: a Margin. Only chunks first_chunk .. end_chunk - 1 are done.
     """
+    triangles, sizes = geometry.triangles, geometry.sizes
+    vertices = geometry.vertices
+    u, v, outcodes = vertices.u, vertices.v, vertices.outcodes
+    numbers, rows, boxes = order
+    width, height, margin = frame
     for chunk in range(first_chunk, end_chunk):
-        first, last = chunk * CHUNK, min((chunk + 1) * CHUNK, order.shape[0])
+        first, last = chunk * CHUNK, min((chunk + 1) * CHUNK, numbers.shape[0])
         box_top, box_end = np.int32(height), np.int32(0)
         box_left, box_right = np.int32(width), np.int32(0)
         for k in range(np.uint64(first), np.uint64(last)):
-            t = np.uint64(order[k])
+            t = np.uint64(numbers[k])
             a, b = np.uint64(triangles[t, 0]), np.uint64(triangles[t, 1])
             c = np.uint64(triangles[t, 2])
             state = max(outcodes[a], outcodes[b], outcodes[c])
@@ -63,10 +87,10 @@ def cull(triangles, order, first_chunk, end_chunk, u, v, outcodes, margin, width
             top, end = max(top, np.int32(0)), min(end, np.int32(height))
             is_seen = (state < INVALID) & (left < right) & (top < end)
             extent = u_most - u_least
-            is_narrow, is_slim = is_inside & (extent <= NARROW_WIDTH), extent <= SLIM_WIDTH
-            kinds[t] = np.uint8(is_narrow) + np.uint8(is_narrow & is_slim)
-            spans[0, k] = top if is_seen else np.int32(0)
-            spans[1, k] = end if is_seen else np.int32(0)
+            is_medium, is_small = is_inside & (extent <= MEDIUM_WIDTH), extent <= SMALL_WIDTH
+            sizes[t] = np.uint8(is_medium) + np.uint8(is_medium & is_small)
+            rows[0, k] = top if is_seen else np.int32(0)
+            rows[1, k] = end if is_seen else np.int32(0)
             box_top = min(box_top, top if is_seen else np.int32(height))
             box_end = max(box_end, end if is_seen else np.int32(0))
             box_left = min(box_left, left if is_seen else np.int32(width))
@@ -76,22 +100,22 @@ def cull(triangles, order, first_chunk, end_chunk, u, v, outcodes, margin, width
 
 
 @kernel
-def collect(order, spans, boxes, begin, end, found):
+def collect(order, begin, end, found):
     """
-    Collect in `found` the triangles that can cover rows begin .. end - 1, in their order.
+    Collect in `found` (m + 1,) the triangles that can cover rows begin .. end - 1, in their order.
 
-    order, spans, boxes: of cull; found: (m + 1,). Returns how many, and the first column and end
-    that they can cover.
+    Returns how many, and the first column and end that they can cover.
     """
+    numbers, rows, boxes = order
     count = np.uint64(0)
     left, right = 2 ** 30, 0
     for chunk in range(boxes.shape[1]):
         if boxes[0, chunk] >= end or boxes[1, chunk] <= begin:
             continue
         left, right = min(left, boxes[2, chunk]), max(right, boxes[3, chunk])
-        first, last = chunk * CHUNK, min((chunk + 1) * CHUNK, order.shape[0])
+        first, last = chunk * CHUNK, min((chunk + 1) * CHUNK, numbers.shape[0])
         for k in range(np.uint64(first), np.uint64(last)):
             # Written always, kept if it counts: a branch would be guessed wrong too often.
-            found[count] = order[k]
-            count += np.uint64((spans[0, k] < end) & (spans[1, k] > begin))
+            found[count] = numbers[k]
+            count += np.uint64((rows[0, k] < end) & (rows[1, k] > begin))
     return count, left, right

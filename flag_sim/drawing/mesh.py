@@ -14,6 +14,7 @@
 
 """Triangle meshes and their normals."""
 import dataclasses
+import functools
 
 from flag_sim.kernels import kernel
 
@@ -34,12 +35,13 @@ class Mesh:
     normals: np.ndarray
 
 
+@functools.lru_cache(maxsize=8)
 def grid_triangles(rows, columns):
     """
     Cut the cells of a grid of rows x columns nodes in two: (2 (rows - 1) (columns - 1), 3) int32.
 
     Cell (i, j) becomes (i, j), (i, j+1), (i+1, j) and (i+1, j+1), (i+1, j), (i, j+1); node (i, j)
-    has the number i columns + j. Raises ValueError for fewer than two rows or columns.
+    has the number i columns + j. Read-only. Raises ValueError for fewer than two rows or columns.
     """
     if rows < 2 or columns < 2:
         raise ValueError(f'a grid must have at least 2 x 2 nodes, not {rows} x {columns}')
@@ -47,7 +49,9 @@ def grid_triangles(rows, columns):
     here, right = corner[:-1, :-1], corner[:-1, 1:]
     below, across = corner[1:, :-1], corner[1:, 1:]
     cells = np.stack([here, right, below, across, below, right], axis=-1)
-    return cells.reshape(-1, 3)
+    triangles = cells.reshape(-1, 3)
+    triangles.flags.writeable = False
+    return triangles
 
 
 def face_normals(vertices, triangles):

@@ -19,9 +19,9 @@ The colour is the triangle's own in a darker shade. A line is drawn into whole p
 of one away from the edge; there it has the reversed Z of the triangle's plane, held within that
 of its corners, so that the triangle does not hide its own edges.
 """
-from flag_sim.drawing.spans import pack
-from flag_sim.drawing.tiles import TILE
-from flag_sim.kernels import kernel
+from flag_sim.drawing.geometry import SUBPIXEL_BITS, SUBPIXELS
+from flag_sim.drawing.pixels import pack
+from flag_sim.kernels import inner_kernel, kernel
 
 import numpy as np
 
@@ -33,27 +33,26 @@ BEFORE = 1e-4
 
 
 @kernel
-def draw_outline(corners, count, is_perspective_correct, is_painter, marks,
-                 top, end, width, stride, depths, words):
-    """Draw the edges of the polygon corners[1, :count]: u, v, reversed Z, red, green, blue."""
+def draw_outline(polygon, count, how, slot, target):
+    """
+    Draw the edges of a polygon of `count` corners.
+
+    how, target: see visibility; slot: what its pixels show beside the colour.
+    """
+    plane = _plane(polygon, count)
     for k in range(count):
-        k_next = k + 1 if k + 1 < count else 0
-        _draw_edge(corners, k, k_next, count, is_perspective_correct, is_painter, marks,
-                   top, end, width, stride, depths, words)
+        _draw_edge(polygon, k, k + 1 if k + 1 < count else 0, plane, how, slot, target)
 
 
 @kernel
-def _draw_edge(corners, a, b, count, is_perspective_correct, is_painter, marks,
-               top, end, width, stride, depths, words):
+def _draw_edge(polygon, a, b, plane, how, slot, target):
+    _, u, v, values, _ = polygon
+    s_u, s_v, lowest, highest = plane
+    top, end, width, stride = target.top, target.end, target.width, target.stride
     # Both triangles of an edge draw it in the same direction, into the same pixels.
-    if (corners[1, b, 0], corners[1, b, 1]) < (corners[1, a, 0], corners[1, a, 1]):
+    if (u[b], v[b]) < (u[a], v[a]):
         a, b = b, a
-    au, av = int(np.floor(corners[1, a, 0] + 0.5)), int(np.floor(corners[1, a, 1] + 0.5))
-    bu, bv = int(np.floor(corners[1, b, 0] + 0.5)), int(np.floor(corners[1, b, 1] + 0.5))
-    s_u, s_v = _slopes(corners, count)
-    lowest, highest = corners[1, 0, 2], corners[1, 0, 2]
-    for k in range(1, count):
-        lowest, highest = min(lowest, corners[1, k, 2]), max(highest, corners[1, k, 2])
+    au, av, bu, bv = _nearest(u[a]), _nearest(v[a]), _nearest(u[b]), _nearest(v[b])
     is_steep = abs(bv - av) > abs(bu - au)
     length, rise = (bv - av, bu - au) if is_steep else (bu - au, bv - av)
     start, other_start, least, limit = (av, au, top, end) if is_steep else (au, av, 0, width)
@@ -65,44 +64,57 @@ def _draw_edge(corners, a, b, count, is_perspective_correct, is_painter, marks,
     for i in range(first, last + 1):
         # Bresenham's decision in closed form, so that a line may begin at the image's rim.
         other = other_start + (2 * rise * i + length) // max(2 * length, 1)
-        u, v = (other, start + i * way) if is_steep else (start + i * way, other)
-        if u < 0 or u >= width or v < top or v >= end:
+        column, row = (other, start + i * way) if is_steep else (start + i * way, other)
+        if column < 0 or column >= width or row < top or row >= end:
             continue
-        if marks.size > 0 and not marks[(v - top) // TILE, u // TILE]:
-            continue
-        s = corners[1, a, 2] + s_u * (u - corners[1, a, 0]) + s_v * (v - corners[1, a, 1])
+        s = values[a, 0] + (s_u * (column - u[a] / SUBPIXELS) + s_v * (row - v[a] / SUBPIXELS))
         s = min(max(s, lowest), highest)
-        pixel = (v - top) * stride + u
-        there = depths[pixel]
-        if is_painter or s + BEFORE * abs(s) >= there:
+        pixel = (row - top) * stride + column
+        there = min(target.depths[pixel], how.ceiling)
+        if s + BEFORE * abs(s) >= there:
             along = i / max(length, 1)
             # Perspective-correct colours come multiplied by 1 / z.
             divisor = DARKER
-            if is_perspective_correct:
-                divisor *= corners[1, a, 2] + along * (corners[1, b, 2] - corners[1, a, 2])
-            depths[pixel] = np.float32(s) if is_painter else max(np.float32(s), there)
-            words[pixel] = pack(
-                _between(corners, a, b, 3, along, divisor),
-                _between(corners, a, b, 4, along, divisor),
-                _between(corners, a, b, 5, along, divisor))
+            if how.is_perspective_correct:
+                divisor *= values[a, 0] + along * (values[b, 0] - values[a, 0])
+            target.depths[pixel] = max(np.float32(s), there)
+            target.words[pixel] = pack(_between(values, a, b, 1, along, divisor),
+                                       _between(values, a, b, 2, along, divisor),
+                                       _between(values, a, b, 3, along, divisor))
+            if target.numbers.size > 0:
+                target.numbers[pixel] = np.uint32(slot)
+
+
+@inner_kernel
+def _between(values, a, b, q, along, divisor):
+    return np.float32((values[a, q] + along * (values[b, q] - values[a, q])) / divisor)
+
+
+@inner_kernel
+def _nearest(coordinate):
+    """Return the pixel whose centre is nearest to a coordinate [subpixel]."""
+    return (coordinate + SUBPIXELS // 2) >> SUBPIXEL_BITS
 
 
 @kernel
-def _between(corners, a, b, channel, along, divisor):
-    value = corners[1, a, channel] + along * (corners[1, b, channel] - corners[1, a, channel])
-    return np.float32(value / divisor)
+def _plane(polygon, count):
+    """
+    Return the slopes of reversed Z along u and v [1 / pixel], its least and its most.
 
-
-@kernel
-def _slopes(corners, count):
-    """Return the slopes of reversed Z along u and v, from the polygon's widest fan triangle."""
+    The slopes are those of the polygon's widest fan triangle.
+    """
+    u, v, values = polygon.u, polygon.v, polygon.values
     best, s_u, s_v = 0.0, 0.0, 0.0
+    lowest, highest = values[0, 0], values[0, 0]
+    for k in range(1, count):
+        lowest, highest = min(lowest, values[k, 0]), max(highest, values[k, 0])
     for k in range(2, count):
-        pu, pv = corners[1, k - 1, 0] - corners[1, 0, 0], corners[1, k - 1, 1] - corners[1, 0, 1]
-        qu, qv = corners[1, k, 0] - corners[1, 0, 0], corners[1, k, 1] - corners[1, 0, 1]
-        ps, qs = corners[1, k - 1, 2] - corners[1, 0, 2], corners[1, k, 2] - corners[1, 0, 2]
+        pu, pv = float(u[k - 1] - u[0]), float(v[k - 1] - v[0])
+        qu, qv = float(u[k] - u[0]), float(v[k] - v[0])
+        ps, qs = values[k - 1, 0] - values[0, 0], values[k, 0] - values[0, 0]
         area = pu * qv - qu * pv
         if abs(area) > best:
             best = abs(area)
-            s_u, s_v = (ps * qv - qs * pv) / area, (pu * qs - qu * ps) / area
-    return s_u, s_v
+            s_u = SUBPIXELS * (ps * qv - qs * pv) / area
+            s_v = SUBPIXELS * (pu * qs - qu * ps) / area
+    return s_u, s_v, lowest, highest

@@ -12,22 +12,24 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""A frame from end to end: flag, pole and platform in, pixels out."""
+"""A frame from end to end: a scene in, pixels out."""
+import functools
+
 from flag_sim import checks
 from flag_sim.crew import Crew
-from flag_sim.drawing import ranges
-from flag_sim.drawing.assembly import Assembly
-from flag_sim.drawing.bands import BAND, Buffers, draw_bands
+from flag_sim.drawing.bands import BAND, draw_bands, new_buffers, Plan
 from flag_sim.drawing.camera import Camera
-from flag_sim.drawing.canvas import Canvas
-from flag_sim.drawing.culling import cull
-from flag_sim.drawing.light import Light, shade
+from flag_sim.drawing.culling import cull, Margin
+from flag_sim.drawing.framebuffer import Frame, Framebuffer
+from flag_sim.drawing.geometry import Geometry, Lens, project, SUBPIXELS
 from flag_sim.drawing.mesh import face_normals
+from flag_sim.drawing.multisample import PATTERNS
 from flag_sim.drawing.painter import far_to_near
-from flag_sim.drawing.projection import project, SUBPIXELS
-from flag_sim.drawing.scene import Scene
+from flag_sim.drawing.scene import flag_scene, Object, SceneBuffers
+from flag_sim.drawing.shading import Light, shade
+from flag_sim.drawing.shapes import Scene
 from flag_sim.drawing.style import Materials, Style
-from flag_sim.drawing.tiles import PATTERNS
+from flag_sim.drawing.visibility import Colours, Pass, slots_for
 
 import numpy as np
 
@@ -47,120 +49,110 @@ class Picture:
     the last one drew into is emptied and turned into bytes: elsewhere the background is there
     already.
 
-    >>> picture = Picture()
-    >>> rgb = picture.draw(vertices)            # (rows, columns, 3) [m]
-    >>> depth = picture.depth()                 # of the same frame, if it is wanted
+    >>> frame = Picture().draw(vertices, with_depth=True)     # (rows, columns, 3) [m]
+    >>> frame.colour, frame.depth
     """
 
-    __slots__ = ('_crew', '_camera', '_canvas', '_assembly', '_draw_bands', '_colours', '_buffers',
-                 '_order', '_is_depth_kept', '_is_depth_wanted')
+    __slots__ = ('_crew', '_scene', '_framebuffer', '_colours', '_buffers')
 
     def __init__(self, threads=1):
         """Begin without buffers: the first frame's camera says how large they are."""
         self._crew = Crew(checks.whole('threads', threads, 0, MOST_THREADS))
-        self._camera = self._canvas = self._assembly = self._draw_bands = self._colours = None
+        self._scene = self._framebuffer = self._colours = None
         self._buffers = {}
-        self._is_depth_kept = self._is_depth_wanted = False
 
     def draw(self, flag_vertices, flag_normals=None, camera=Camera(), light=Light(),
-             materials=Materials(), scene=Scene(), style=Style()):
+             materials=Materials(), scene=Scene(), style=Style(), with_depth=False) -> Frame:
         """
-        Draw one frame and return it: (height, width, 3) uint8, C-contiguous.
+        Draw the source's scene: a flag, its pole and platform.
 
-        flag_vertices: (rows, columns, 3) [m]; flag_normals: the same shape, of any length, on
-        the side of (row direction) x (column direction); None averages them from the triangles
-        (1.13). A vertex that is not finite takes its triangles out of the picture. The array is
-        the picture's own, so it is read-only, and the next frame overwrites it. Raises ValueError
-        for other shapes, and for what is not of the class of its default.
+        flag_vertices, flag_normals: see scene.sheet; the others: see draw_scene. Raises
+        ValueError for other shapes, and for what is not of the class of its default.
+        """
+        for name, value, kind in (('camera', camera, Camera), ('materials', materials, Materials),
+                                  ('scene', scene, Scene)):
+            checks.instance(name, value, kind)
+        objects = flag_scene(flag_vertices, flag_normals, camera, materials, scene)
+        return self.draw_scene(objects, camera, light, style, with_depth)
+
+    def draw_scene(self, objects, camera=Camera(), light=Light(), style=Style(),
+                   with_depth=False, with_visibility=False) -> Frame:
+        """
+        Draw a list of objects.
+
+        with_depth, with_visibility: what the Frame shall hold beside the colour. Raises
+        ValueError for what is of another class, and for a list without triangles.
         """
         for name, value, kind in (('camera', camera, Camera), ('light', light, Light),
-                                  ('materials', materials, Materials), ('scene', scene, Scene),
                                   ('style', style, Style)):
             checks.instance(name, value, kind)
+        objects = list(objects)
+        for one in objects:
+            checks.instance('each of objects', one, Object)
         with self._crew:
             self._crew.call()
-            self._assemble(flag_vertices, flag_normals, camera, scene)
-            self._transform(materials, light, style)
-            self._cull(style)
-            self._paint(style)
-        return self._canvas.rgb
+            if self._scene is None or not self._scene.fits(objects):
+                self._scene = SceneBuffers(objects)
+            self._scene.give(objects)
+            geometry = self._geometry(camera)
+            colours = self._transform(objects, geometry, camera, light, style)
+            order = self._cull(geometry, camera, style)
+            slots = slots_for(geometry) if with_visibility else 0
+            self._paint(geometry, colours, order, slots, with_depth, camera, style)
+        return self._framebuffer.frame(geometry)
 
-    def depth(self):
-        """
-        Return the last frame's depth along the optical axis: (height, width) float32 [m].
+    def _geometry(self, camera):
+        """Return the scene's triangles and the camera for the kernels."""
+        scene = self._scene
+        return Geometry(scene.triangles, scene.is_closed, scene.sizes, scene.vertices,
+                        _lens(camera))
 
-        It is that of the pixels' centres, and +inf where nothing is. The first time, the frame is
-        drawn again for it; the next frames keep it as long as it is asked for each time. Raises
-        ValueError before the first frame.
-        """
-        checks.require(self._camera, 'depth', 'asked for after a frame is drawn', None)
-        self._is_depth_wanted = True
-        if not self._is_depth_kept:
-            self._is_depth_kept = True
-            self._share_bands()
-        reversed_z = self._canvas.reversed_z(True).reshape(self._camera.height, self._camera.width)
-        if not self._camera.is_perspective:
-            return -reversed_z
-        with np.errstate(divide='ignore'):
-            return np.float32(1.0) / reversed_z
-
-    def _assemble(self, vertices, normals, camera, scene):
-        """Join flag and scene; what stands still is joined once."""
-        vertices = ranges.points('flag_vertices', vertices, (None, None, 3))
-        self._camera = camera
-        kind = vertices.shape[:2], scene, scene.segments(camera)
-        if self._assembly is None or self._assembly.kind != kind:
-            self._assembly = Assembly(*vertices.shape[:2], *kind[1:])
-        self._assembly.give_flag(vertices, normals)
-
-    def _transform(self, materials, light, style):
-        """Take the vertices to the screen, and light both sides of them, or of triangles."""
-        assembly, camera = self._assembly, self._camera
-        matrix = np.diag([camera.focal, camera.focal, 1.0, 1.0]) @ camera.pose
-        is_flat = style.shading == 'flat'
-        shape = len(assembly.triangles if is_flat else assembly.points), 2, 3
+    def _transform(self, objects, geometry, camera, light, style):
+        """Take the vertices to the screen; return Colours of both sides of them, or triangles."""
+        scene, is_flat = self._scene, style.shading == 'flat'
+        shape = len(scene.triangles if is_flat else scene.points), 2, 3
         if self._colours is None or self._colours.shape != shape:
             self._colours = np.empty(shape)
-        pieces = iter(assembly.pieces)
+        colours = self._colours
+        pieces = iter(scene.pieces)
 
         def take(thread):
-            for name, piece in pieces:
-                if name == 'flag':
-                    assembly.take_flag(piece)
-                project(assembly.points[piece], matrix, *camera.centre, camera.near,
-                        camera.is_perspective, assembly.view[piece], assembly.u[piece],
-                        assembly.v[piece], assembly.reversed_z[piece], assembly.outcodes[piece])
+            for piece in pieces:
+                scene.take(piece)
+                project(piece.points, geometry.lens, piece.vertices)
                 if not is_flat:
-                    shade(assembly.points[piece], assembly.normals[piece], camera.viewpoint,
-                          getattr(materials, name), light, self._colours[piece])
+                    shade(piece.points, piece.normals, camera.viewpoint,
+                          objects[piece.number].surface, light, colours[piece.own])
 
-        self._share(len(assembly.pieces), take)
+        self._share(len(scene.pieces), take)
         if is_flat:
-            normals = face_normals(assembly.points, assembly.triangles)
-            points = assembly.points[assembly.triangles].mean(axis=1)
-            for name, (_, part) in assembly.parts.items():
-                shade(points[part], normals[part], camera.viewpoint, getattr(materials, name),
-                      light, self._colours[part])
+            normals = face_normals(scene.points, scene.triangles)
+            points = scene.points[scene.triangles].mean(axis=1)
+            for one, (_, part) in zip(objects, scene.parts):
+                shade(points[part], normals[part], camera.viewpoint, one.surface, light,
+                      colours[part])
+        return Colours(colours, is_flat)
 
-    def _cull(self, style):
-        """Find what can be seen in which rows."""
-        assembly, camera = self._assembly, self._camera
+    def _cull(self, geometry, camera, style):
+        """Return the Order, in which rows are found."""
+        order = self._scene.order
         if style.hidden_surface == 'painter':
-            self._order = far_to_near(assembly.triangles, assembly.view)
-        else:
-            self._order = assembly.order
+            order = order._replace(
+                numbers=far_to_near(geometry.triangles, geometry.vertices.seen))
         # Lines lie in whole pixels, and samples beside the pixels' centres.
-        margin = SUBPIXELS if style.outline or style.samples > 1 else 0
-        chunks = assembly.boxes.shape[1]
-        pieces = iter(range(0, chunks, CHUNKS))
+        margin = Margin(camera.width, camera.height,
+                        SUBPIXELS if style.outline or style.samples > 1 else 0)
+        chunks = order.boxes.shape[1]
+        # To call the kernel takes as long as some hundred triangles.
+        step = CHUNKS if self._crew.threads > 1 else chunks
+        pieces = iter(range(0, chunks, step))
 
         def take(thread):
             for first in pieces:
-                cull(assembly.triangles, self._order, first, min(first + CHUNKS, chunks),
-                     assembly.u, assembly.v, assembly.outcodes, margin, camera.width,
-                     camera.height, assembly.kinds, assembly.spans, assembly.boxes)
+                cull(geometry, order, margin, first, min(first + step, chunks))
 
-        self._share(-(-chunks // CHUNKS), take)
+        self._share(-(-chunks // step), take)
+        return order
 
     def _share(self, pieces, take):
         """Let the crew do take(thread), which goes on until `pieces` pieces of work are done."""
@@ -169,40 +161,41 @@ class Picture:
         else:
             take(0)
 
-    def _paint(self, style):
+    def _paint(self, geometry, colours, order, slots, with_depth, camera, style):
         """Draw all bands; buffers are made anew where the camera or the style is another."""
-        assembly, camera = self._assembly, self._camera
-        clear_depth = 0.0 if camera.is_perspective else -np.inf
-        kind = camera.width, camera.height, style.clear_colour, clear_depth
-        if self._canvas is None or self._canvas.kind != kind:
-            bands = -(-camera.height // BAND)
-            self._canvas = Canvas(camera.width, camera.height, bands, *kind[2:])
-        kind = camera.width, len(assembly.triangles), style.samples > 1
-        if any(buffers.kind != kind for buffers in self._buffers.values()):
+        kind = camera.width, camera.height, style.clear_colour
+        if self._framebuffer is None or self._framebuffer.kind != kind:
+            self._framebuffer = Framebuffer(*kind[:2], -(-camera.height // BAND), kind[2])
+        images = self._framebuffer.images(with_depth, slots > 0)
+        plan = _plan(camera, style)
+        kind = camera.width, len(geometry.triangles), style.samples > 1, slots
+        if any(known != kind for known, _ in self._buffers.values()):
             self._buffers = {}
-        # In orthographic projection what is linear in space is linear on the screen.
-        is_perspective_correct = style.interpolation == 'perspective' and camera.is_perspective
-        pattern = np.int32(PATTERNS[style.samples] * SUBPIXELS)
-
-        def draw(thread, taken, reversed_z):
-            if thread not in self._buffers:
-                self._buffers[thread] = Buffers(*kind)
-            buffers, canvas = self._buffers[thread], self._canvas
-            draw_bands(taken, assembly.triangles, self._order, assembly.spans, assembly.boxes,
-                       assembly.kinds, assembly.closed, assembly.view, assembly.u, assembly.v,
-                       assembly.reversed_z, assembly.outcodes, self._colours,
-                       style.shading == 'flat', *camera.centre, camera.near, camera.is_perspective,
-                       is_perspective_correct, style.hidden_surface == 'painter', style.outline,
-                       pattern, style.clear_colour, np.float32(clear_depth), camera.width,
-                       camera.height, buffers.stride, *buffers.arrays, canvas.drawn,
-                       canvas.byte_array, canvas.word_array, reversed_z)
-
-        self._draw_bands = draw
-        self._is_depth_kept, self._is_depth_wanted = self._is_depth_wanted, False
-        self._share_bands()
-
-    def _share_bands(self):
-        """Let the crew draw the last frame's bands, with its reversed Z if that is kept."""
-        reversed_z = self._canvas.reversed_z(self._is_depth_kept)
         taken = np.zeros(1, np.int64)
-        self._crew.deal(lambda thread: self._draw_bands(thread, taken, reversed_z))
+
+        def draw(thread):
+            if thread not in self._buffers:
+                self._buffers[thread] = kind, new_buffers(*kind)
+            draw_bands(taken, geometry, colours, order, plan, self._buffers[thread][1], images)
+
+        self._crew.deal(draw)
+
+
+@functools.lru_cache(maxsize=8)
+def _lens(camera):
+    """Return a camera for the kernels."""
+    matrix = np.diag([camera.focal, camera.focal, 1.0, 1.0]) @ camera.pose
+    return Lens(matrix, *map(float, camera.centre), camera.near, camera.is_perspective)
+
+
+@functools.lru_cache(maxsize=8)
+def _plan(camera, style):
+    """Return the Plan of a camera and a style."""
+    is_painter = style.hidden_surface == 'painter'
+    # In orthographic projection what is linear in space is linear on the screen.
+    is_perspective_correct = style.interpolation == 'perspective' and camera.is_perspective
+    return Plan(
+        Pass(np.int32(0), np.int32(0), np.float32(-np.inf if is_painter else np.inf),
+             style.outline, is_perspective_correct),
+        np.int32(PATTERNS[style.samples] * SUBPIXELS), style.clear_colour,
+        np.float32(0.0 if camera.is_perspective else -np.inf), camera.width, camera.height)

@@ -58,11 +58,11 @@ def points(name: str, value, shape: tuple) -> np.ndarray:
     Numbers may be missing (nan) or infinite. Raises ValueError for other shapes and types.
     """
     array = np.asarray(value)
-    checks.require(array.dtype.kind in 'fiu', name, 'an array of real numbers',
-                   value if array.dtype.kind == 'O' else array.dtype.name)
-    words = str(shape).replace('None', 'any')
-    checks.require(
-        len(array.shape) == len(shape)
-        and all(want in (None, have) for want, have in zip(shape, array.shape)),
-        name, f'of shape {words}', array.shape)
+    if array.dtype.kind not in 'fiu':
+        checks.require(False, name, 'an array of real numbers',
+                       value if array.dtype.kind == 'O' else array.dtype.name)
+    if array.shape != shape and (len(array.shape) != len(shape) or any(
+            want not in (None, have) for want, have in zip(shape, array.shape))):
+        words = str(shape).replace('None', 'any')
+        checks.require(False, name, f'of shape {words}', array.shape)
     return array

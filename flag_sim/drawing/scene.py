@@ -13,177 +13,190 @@
 # limitations under the License.
 
 """
-The pole and the platform of the source's scene (1.2), as closed meshes.
+A scene is a list of objects. Which ones, and how many, is the caller's matter.
 
-The world's origin is the centre of the pole's base, which is the centre of the platform's lower
-face; z is up. All round things share their angles, so that the pole fills the platform's hole
-without a gap. Hard edges repeat their vertices, one for each face that meets there.
+Nothing of what draws them knows a flag: `flag_scene` makes the entries of the source's scene.
 """
 import dataclasses
 import functools
-import math
+from typing import NamedTuple
 
 from flag_sim import checks
 from flag_sim.drawing import ranges
-from flag_sim.drawing.mesh import Mesh
+from flag_sim.drawing.culling import CHUNK, Order
+from flag_sim.drawing.geometry import Vertices
+from flag_sim.drawing.mesh import grid_triangles, Mesh, vertex_normals
+from flag_sim.drawing.shading import Surface
+from flag_sim.drawing.shapes import platform_mesh, pole_mesh
 
 import numpy as np
 
-# A circle is cut so finely that its chords miss it by at most this [pixel] ...
-ROUNDNESS = 0.2
-# ... but neither more coarsely nor more finely than this (both divisible by four: the platform's
-# corners each see a quarter of the hole).
-FEWEST_SEGMENTS = 8
-MOST_SEGMENTS = 256
+# What labels of pixels mean; 0 is nothing, and further objects count from 4.
+FLAG, POLE, PLATFORM = 1, 2, 3
+# Points that are taken to the screen in one go: so few that they stay in a processor's cache.
+PIECE = 8192
 
 
-@dataclasses.dataclass(frozen=True)
-class Scene:
+@dataclasses.dataclass(frozen=True, eq=False)
+class Object:
     """
-    Measures [m] of what stands still, and whether it is seen.
+    One thing to draw.
 
-    The pole is a cylinder of pole_height with a dome on top, a half sphere whose RADIUS is the
-    cylinder's DIAMETER, closed below by a flat ring. The platform is a square box of
-    platform_side and platform_height with a hole of the pole's radius through its middle.
-    Raises ValueError for a measure that is not above 0, for a hole wider than the platform, and
-    for a switch that is neither True nor False.
+    vertices: (n, 3) [m], of which those that are not finite take their triangles out of the
+    picture; triangles: (m, 3) int32, counterclockwise seen from the front; normals: (n, 3) at the
+    vertices, out of the front, of any length, or None to average them from the triangles (1.13);
+    surface: how it looks; label: a whole number that tells its pixels from others'; is_closed:
+    whether it is a closed body, whose backs nobody sees. Arrays that are read-only are taken to
+    be the same in the next frame; others are read again. Raises ValueError for other shapes and
+    types, and for triangles of vertices that do not exist.
     """
 
-    pole_height: float = 9.0
-    pole_diameter: float = 0.1
-    platform_side: float = 1.0
-    platform_height: float = 0.3
-    pole_visible: bool = True
-    platform_visible: bool = True
+    vertices: np.ndarray
+    triangles: np.ndarray
+    normals: np.ndarray = None
+    surface: Surface = Surface()
+    label: int = 0
+    is_closed: bool = False
 
     def __post_init__(self):
-        """Refuse what cannot be built; keep plain numbers."""
-        checks.fields(self, ['pole_height', 'pole_diameter', 'platform_side', 'platform_height'],
-                      above=0.0)
-        ranges.switches(self, ['pole_visible', 'platform_visible'])
-        checks.require(self.platform_side > self.pole_diameter, 'platform_side',
-                       f'greater than pole_diameter {self.pole_diameter}', self.platform_side)
+        """Refuse what cannot be drawn."""
+        vertices = ranges.points('vertices', self.vertices, (None, 3))
+        object.__setattr__(self, 'vertices', vertices)
+        if self.normals is not None:
+            normals = ranges.points('normals', self.normals, vertices.shape)
+            object.__setattr__(self, 'normals', normals)
+        triangles = ranges.points('triangles', self.triangles, (None, 3))
+        if triangles.dtype.kind not in 'iu':
+            checks.require(False, 'triangles', 'whole numbers', triangles.dtype.name)
+        if triangles.flags.writeable and triangles.size:
+            checks.require(0 <= triangles.min() and triangles.max() < len(vertices), 'triangles',
+                           f'numbers of the {len(vertices)} vertices',
+                           (int(triangles.min()), int(triangles.max())))
+        object.__setattr__(self, 'triangles', triangles)
+        checks.instance('surface', self.surface, Surface)
+        object.__setattr__(self, 'label', checks.whole('label', self.label, 0, 255))
+        ranges.switches(self, ['is_closed'])
 
-    def segments(self, camera):
-        """
-        Return in how many chords to cut a circle for `camera`: a multiple of four.
 
-        The dome's circle, the widest, is measured where the pole is nearest to the camera.
-        """
-        radius = self.pole_diameter
-        x, y, z = camera.position
-        beside = max(z - self.pole_height, -z, 0.0)
-        nearest = max(math.hypot(x, y, beside) - radius, 0.0)
-        pixels = radius * camera.pixels_per_metre(nearest)
-        # The height of a chord's arc, r (1 - cos(pi / n)), is about r (pi / n)^2 / 2.
-        wanted = math.pi * math.sqrt(min(0.5 * pixels / ROUNDNESS, MOST_SEGMENTS ** 2))
-        return min(max(4 * math.ceil(wanted / 4), FEWEST_SEGMENTS), MOST_SEGMENTS)
+def sheet(vertices, normals=None, surface=Surface(), label=FLAG) -> Object:
+    """
+    Return a cloth as an object, both sides of which are seen.
+
+    vertices: (rows, columns, 3) [m]; normals: the same shape, of any length, on the side of (row
+    direction) x (column direction), or None to average them (1.13). Raises ValueError for other
+    shapes and types, and for fewer than two rows or columns.
+    """
+    vertices = ranges.points('flag_vertices', vertices, (None, None, 3))
+    triangles = grid_triangles(*vertices.shape[:2])
+    if normals is not None:
+        normals = ranges.points('flag_normals', normals, vertices.shape).reshape(-1, 3)
+    return Object(vertices.reshape(-1, 3), triangles, normals, surface, label)
+
+
+def body(mesh: Mesh, surface=Surface(), label=0) -> Object:
+    """Return a closed mesh as an object."""
+    return Object(mesh.vertices, mesh.triangles, mesh.normals, surface, label, True)
+
+
+def flag_scene(flag_vertices, flag_normals, camera, materials, measures) -> list:
+    """
+    Return the objects of the source's scene (1.2): the flag and, if seen, pole and platform.
+
+    flag_vertices, flag_normals: see sheet; camera: what tells how finely round things are cut;
+    materials: a Materials; measures: a Scene.
+    """
+    flag = sheet(flag_vertices, flag_normals, materials.flag, FLAG)
+    return [flag, *_what_stands(camera, materials, measures)]
 
 
 @functools.lru_cache(maxsize=8)
-def pole_mesh(scene, segments):
-    """Build the pole with round parts of `segments` chords, a multiple of four."""
-    radius, dome, height = 0.5 * scene.pole_diameter, scene.pole_diameter, scene.pole_height
-    angles = np.linspace(0.0, 0.5 * math.pi, segments // 4 + 1)
-    # Each strip runs upwards or outwards: radii, heights, normals' parts outwards and upwards.
-    return _revolve(segments, [
-        ([0.0, radius], [0.0, 0.0], [0.0, 0.0], [-1.0, -1.0]),
-        ([radius, radius], [0.0, height], [1.0, 1.0], [0.0, 0.0]),
-        ([radius, dome], [height, height], [0.0, 0.0], [-1.0, -1.0]),
-        (dome * np.cos(angles), height + dome * np.sin(angles), np.cos(angles), np.sin(angles))])
+def _what_stands(camera, materials, measures):
+    objects, segments = [], measures.segments(camera)
+    if measures.pole_visible:
+        objects.append(body(pole_mesh(measures, segments), materials.pole, POLE))
+    if measures.platform_visible:
+        objects.append(body(platform_mesh(measures, segments), materials.platform, PLATFORM))
+    return objects
 
 
-@functools.lru_cache(maxsize=8)
-def platform_mesh(scene, segments):
-    """Build the platform with a hole of `segments` chords, a multiple of four."""
-    radius, half, height = 0.5 * scene.pole_diameter, 0.5 * scene.platform_side, \
-        scene.platform_height
-    wall = _revolve(segments, [([radius, radius], [height, 0.0], [-1.0, -1.0], [0.0, 0.0])])
-    square = half * np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
-    outline = np.vstack([square, radius * _circle(segments)])
-    cut = _around_hole(segments)
-    parts = [wall,
-             _flat(outline, height, 1.0, cut),
-             _flat(outline, 0.0, -1.0, cut[:, ::-1])]
-    for side in range(4):
-        parts.append(_upright(square[side], square[(side + 1) % 4], height))
-    return _join(parts)
+class Piece(NamedTuple):
+    """Points that are done in one go: their object's number, their slice, and their arrays."""
+
+    number: int
+    own: slice
+    points: np.ndarray
+    normals: np.ndarray
+    vertices: Vertices
 
 
-def _circle(segments):
-    """Return the corners of a regular polygon of radius 1: (segments, 2)."""
-    angles = 2.0 * math.pi / segments * np.arange(segments)
-    return np.column_stack([np.cos(angles), np.sin(angles)])
-
-
-def _revolve(segments, strips):
+class SceneBuffers:
     """
-    Turn profiles about the z axis.
+    The objects of a scene, joined in one set of arrays, and what is made of them for a frame.
 
-    strips: for each its radii, heights and the normals' parts outwards and upwards, all (k,);
-    the front is to the right of the way along the profile (out of a wall that goes up).
+    points, normals: (n, 3); triangles: (m, 3) int32; is_closed: (m,) uint8; parts: for each
+    object its slices of points and of triangles; pieces: cut for threads to share. vertices,
+    sizes, order: see geometry and culling.
     """
-    circle = _circle(segments)
-    here = np.arange(segments)
-    beside = (here + 1) % segments
-    parts = []
-    for radii, heights, outwards, upwards in strips:
-        vertices = [np.column_stack([r * circle, np.full(segments, z)])
-                    for r, z in zip(radii, heights)]
-        normals = [np.column_stack([out * circle, np.full(segments, up)])
-                   for out, up in zip(outwards, upwards)]
-        triangles = []
-        for ring in range(len(radii) - 1):
-            low, high = ring * segments, (ring + 1) * segments
-            # Where a ring has shrunk to the axis, one triangle of each pair is a line.
-            if radii[ring] > 1e-9 * max(radii):
-                triangles.append(np.column_stack([low + here, low + beside, high + here]))
-            if radii[ring + 1] > 1e-9 * max(radii):
-                triangles.append(np.column_stack([high + beside, high + here, low + beside]))
-        parts.append((np.vstack(vertices), np.vstack(triangles), np.vstack(normals)))
-    return _join(parts)
 
+    def __init__(self, objects):
+        """Join the objects; raise ValueError if there is nothing to draw."""
+        self._triangles = [one.triangles for one in objects]
+        self._sizes = [(len(one.vertices), one.is_closed) for one in objects]
+        starts = np.cumsum([0] + [len(one.vertices) for one in objects])
+        numbers = np.cumsum([0] + [len(one.triangles) for one in objects])
+        count, points = int(numbers[-1]), int(starts[-1])
+        checks.require(count > 0, 'objects', 'at least one with triangles', objects)
+        self.parts = [(slice(*starts[k:k + 2]), slice(*numbers[k:k + 2]))
+                      for k in range(len(objects))]
+        self.triangles = np.concatenate(
+            [one.triangles + start for one, start in zip(objects, starts)]).astype(np.int32)
+        self.is_closed = np.repeat(np.array([one.is_closed for one in objects], np.uint8),
+                                   np.diff(numbers))
+        self.points, self.normals = np.zeros((points, 3)), np.zeros((points, 3))
+        self._taken = [(None, None)] * len(objects)
+        self.vertices = Vertices(np.empty((points, 3)), *np.empty((2, points), np.int32),
+                                 np.empty(points), np.empty(points, np.int32))
+        self.pieces = [self._piece(k, slice(first, min(first + PIECE, part.stop)))
+                       for k, (part, _) in enumerate(self.parts)
+                       for first in range(part.start, part.stop, PIECE)]
+        self.sizes = np.empty(count, np.uint8)
+        chunks = -(-count // CHUNK)
+        self.order = Order(np.arange(count, dtype=np.int32), np.empty((2, count), np.int16),
+                           np.empty((4, chunks), np.int32))
 
-def _around_hole(segments):
-    """
-    Cut a square with a round hole in triangles: corners are 0 to 3, the hole's 4 and on.
+    def _piece(self, number, own):
+        return Piece(number, own, self.points[own], self.normals[own],
+                     Vertices(*(array[own] for array in self.vertices)))
 
-    Each corner sees the quarter of the hole in its quadrant, and each side of the square sees the
-    hole's corner between two quadrants.
-    """
-    triangles = []
-    for corner in range(4):
-        first = corner * segments // 4
-        for k in range(first, first + segments // 4):
-            triangles.append((corner, 4 + (k + 1) % segments, 4 + k))
-        triangles.append(((corner - 1) % 4, corner, 4 + first))
-    return np.array(triangles)
+    def fits(self, objects) -> bool:
+        """Whether objects have the triangles that were joined."""
+        return len(objects) == len(self._triangles) and all(
+            one.triangles is triangles and not triangles.flags.writeable
+            and (len(one.vertices), one.is_closed) == size
+            for one, triangles, size in zip(objects, self._triangles, self._sizes))
 
+    def give(self, objects):
+        """Begin a frame: average what normals are missing; `take` copies the rest."""
+        self._given = []
+        for k, (one, (points, _)) in enumerate(zip(objects, self.parts)):
+            vertices, normals = one.vertices, one.normals
+            if normals is None:
+                self.points[points] = vertices
+                self.normals[points] = vertex_normals(self.points[points], one.triangles)
+                vertices = None
+            elif self._taken[k] == (id(vertices), id(normals)):
+                vertices = normals = None
+            self._given.append((vertices, normals, points.start))
+            still = one.normals is not None and not (
+                one.vertices.flags.writeable or one.normals.flags.writeable)
+            self._taken[k] = (id(one.vertices), id(one.normals)) if still else (None, None)
+        self._objects = objects  # so that no other array gets an id of these
 
-def _flat(outline, height, up, triangles):
-    """Lay the points `outline` (n, 2) at `height`, facing up (1.0) or down (-1.0)."""
-    vertices = np.column_stack([outline, np.full(len(outline), height)])
-    return vertices, triangles, np.tile([0.0, 0.0, up], (len(outline), 1))
-
-
-def _upright(begin, end, height):
-    """Raise a wall from `begin` to `end` (2,), its front to the right of the way."""
-    (bx, by), (ex, ey) = begin, end
-    vertices = np.array([[bx, by, 0.0], [ex, ey, 0.0], [ex, ey, height], [bx, by, height]])
-    triangles = np.array([[0, 1, 2], [2, 3, 0]])
-    return vertices, triangles, np.tile([ey - by, bx - ex, 0.0], (4, 1))
-
-
-def _join(parts):
-    """Put meshes, or triples of vertices, triangles and normals, into one mesh."""
-    vertices, triangles, normals, count = [], [], [], 0
-    for part in parts:
-        if isinstance(part, Mesh):
-            part = part.vertices, part.triangles, part.normals
-        vertices.append(part[0])
-        triangles.append(np.add(part[1], count))
-        normals.append(part[2])
-        count += len(part[0])
-    return Mesh(np.ascontiguousarray(np.vstack(vertices), dtype=np.float64),
-                np.ascontiguousarray(np.vstack(triangles), dtype=np.int32),
-                np.ascontiguousarray(np.vstack(normals), dtype=np.float64))
+    def take(self, piece):
+        """Take the points of a Piece from the object."""
+        vertices, normals, start = self._given[piece.number]
+        own = slice(piece.own.start - start, piece.own.stop - start)
+        if vertices is not None:
+            piece.points[:] = vertices[own]
+        if normals is not None:
+            piece.normals[:] = normals[own]

@@ -17,13 +17,13 @@ import dataclasses
 
 from flag_sim import checks
 from flag_sim.drawing import ranges
-from flag_sim.drawing.light import Surface
-from flag_sim.drawing.tiles import PATTERNS
+from flag_sim.drawing.attributes import INTERPOLATIONS
+from flag_sim.drawing.multisample import PATTERNS
+from flag_sim.drawing.shading import Surface
 
 import numpy as np
 
 SHADINGS = ('gouraud', 'flat')
-INTERPOLATIONS = ('screen', 'perspective')
 HIDDEN_SURFACES = ('zbuffer', 'painter')
 SAMPLES = tuple(PATTERNS)
 

@@ -40,6 +40,7 @@ class Shot:
     def __init__(self, cloud, look):
         self.cloud = cloud
         self.look = look
+        self.is_drawn = False
         self.messages = {}
 
 
@@ -159,16 +160,22 @@ class Renderer(FrameServer):
                 if publisher.get_subscription_count()]
 
     def _draw(self, stamp, shot):
-        """Make the messages that somebody listens to and that are not made yet."""
-        wanted = [name for name in self._listened() if name not in shot.messages]
-        if 'camera_info' in wanted:
+        """
+        Make the messages that somebody listens to and that are not made yet.
+
+        A frame is drawn once: who begins to listen to its depth when it is drawn without begins
+        with the next one.
+        """
+        listened = self._listened()
+        if 'camera_info' in listened and 'camera_info' not in shot.messages:
             shot.messages['camera_info'] = messages.camera_info_message(stamp, shot.look.camera)
-        if 'image_raw' in wanted or 'depth/image_raw' in wanted:
-            rgb = self._picture.draw(*shot.cloud, *shot.look)
-            shot.messages['image_raw'] = messages.image_message(stamp, rgb)
-            if 'depth/image_raw' in wanted:
-                shot.messages['depth/image_raw'] = messages.depth_message(
-                    stamp, self._picture.depth())
+        with_depth = 'depth/image_raw' in listened
+        if not shot.is_drawn and (with_depth or 'image_raw' in listened):
+            shot.is_drawn = True
+            frame = self._picture.draw(*shot.cloud, *shot.look, with_depth)
+            shot.messages['image_raw'] = messages.image_message(stamp, frame.colour)
+            if with_depth:
+                shot.messages['depth/image_raw'] = messages.depth_message(stamp, frame.depth)
 
     def status(self):
         """Return the level, a message and the size of the pictures."""

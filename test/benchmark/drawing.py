@@ -29,15 +29,16 @@ import time
 os.environ['LP_NUM_THREADS'] = '0'  # llvmpipe draws in the calling thread; read at its start
 
 from flag_sim.arguments import given_path  # noqa: E402
-from flag_sim.drawing import Camera, Light, Picture, Scene, Style  # noqa: E402
-from flag_sim.drawing.assembly import Assembly  # noqa: E402
-from flag_sim.drawing.bands import BAND, Buffers, clear  # noqa: E402
-from flag_sim.drawing.canvas import Canvas, write_rgb  # noqa: E402
-from flag_sim.drawing.spans import span_linear  # noqa: E402
+from flag_sim.drawing import Camera, Light, Picture, Style  # noqa: E402
+from flag_sim.drawing.attributes import Area  # noqa: E402
+from flag_sim.drawing.bands import BAND, clear, new_buffers, Plan  # noqa: E402
+from flag_sim.drawing.framebuffer import Framebuffer, write_rgb  # noqa: E402
+from flag_sim.drawing.large import draw_span  # noqa: E402
+from flag_sim.drawing.visibility import Pass, Target  # noqa: E402
 
 import numpy as np  # noqa: E402
 
-from peers_drawing import PEERS, Shot  # noqa: E402
+from peers_drawing import assemble, PEERS, Shot  # noqa: E402
 
 CAMERA = Camera(1280, 720)
 CASES = {'61x41': (41, 61), '241x161': (161, 241)}
@@ -91,9 +92,9 @@ class Staged(Picture):
         super().__init__(threads)
         self.drawing = []
 
-    def _paint(self, style):
+    def _paint(self, *frame):
         begin = time.perf_counter()
-        super()._paint(style)
+        super()._paint(*frame)
         self.drawing.append(1e3 * (time.perf_counter() - begin))
 
 
@@ -121,26 +122,28 @@ def by_threads(flags, rounds):
 
 def floor(flag, normals):
     """Return a draw() that only clears, writes as many pixels in one span, and converts."""
-    picture = Picture()
-    picture.draw(flag, normals, CAMERA)
-    drawn = np.isfinite(picture.depth())
+    drawn = np.isfinite(Picture().draw(flag, normals, CAMERA, with_depth=True).depth)
     columns = drawn.any(axis=0)
     first, last = int(np.argmax(columns)), CAMERA.width - int(np.argmax(columns[::-1]))
-    canvas = Canvas(CAMERA.width, CAMERA.height, 1, 0, 0.0)
-    buffers = Buffers(CAMERA.width, 0, False)
-    words, depths = buffers.arrays[:2]
-    least, most = np.zeros(4, np.float32), np.full(4, 255.0, np.float32)
-    ramp = np.float32([0.1, 1e-9, 200, 1e-6, 40, 1e-6, 40, 1e-6])
+    images = Framebuffer(CAMERA.width, CAMERA.height, 1, 0).images(False, False)
+    buffers = new_buffers(CAMERA.width, 0, False, 0)
+    how = Pass(np.int32(0), np.int32(0), np.float32(np.inf), False, False)
+    plan = Plan(how, np.zeros((1, 2), np.int32), np.uint32(0), np.float32(0.0), CAMERA.width,
+                CAMERA.height)
+    target = Target(buffers.words, buffers.depths, buffers.numbers, buffers.slots, 0, BAND,
+                    CAMERA.width, buffers.stride)
+    # Reversed Z, red, green, blue: at the first pixel, a column on, a row on, least and most.
+    planes = np.array([[0.1, 1e-9, 0.0, 0.0, 1.0], [200.0, 1e-6, 0.0, 0.0, 255.0],
+                       [40.0, 1e-6, 0.0, 0.0, 255.0], [40.0, 1e-6, 0.0, 0.0, 255.0]])
     bands = [(top, np.uint64(drawn[top:top + BAND].sum()))
              for top in range(0, CAMERA.height, BAND) if drawn[top:top + BAND].any()]
 
     def draw(points, normals):
         for top, count in bands:
-            rows = min(BAND, CAMERA.height - top)
-            clear(words, depths, np.uint32(0), np.float32(0.0), first, last, rows, buffers.stride)
-            span_linear(words, depths, np.uint64(0), count, least, most, *ramp)
-            write_rgb(words, top, rows, first, last, CAMERA.width, buffers.stride,
-                      canvas.byte_array, canvas.word_array)
+            area = Area(top, 0, min(BAND, CAMERA.height - top), first, last, buffers.stride)
+            clear(buffers, plan, area)
+            draw_span(np.uint64(0), count, planes, (0.0, 0.0), how, 0, target)
+            write_rgb(buffers.words, area, CAMERA.width, images.rgb, images.rgb_words)
 
     return draw
 
@@ -152,15 +155,14 @@ def against_peers(rounds):
     rows, missing, own = [], {}, {}
     for case, grid in CASES.items():
         flags = frames(*grid)
-        assembly = Assembly(*grid, Scene(), Scene().segments(CAMERA))
-        assembly.set_flag(*flags[0])
+        scene = assemble(*flags[0], CAMERA)
         contenders = {'ours': ours(), 'ours, 4 samples': ours(samples=4),
                       'ours, 8 samples': ours(samples=8),
                       'ours, painter': ours(hidden_surface='painter'),
                       'floor': floor(*flags[0])}
         for peer in PEERS:
             try:
-                contenders[peer.name] = peer(Shot(CAMERA, Light(), assembly)).draw
+                contenders[peer.name] = peer(Shot(CAMERA, Light(), *scene)).draw
             except Exception as error:  # whatever hinders a peer is named, not hidden
                 missing[peer.name] = f'{type(error).__name__}: {error}'
         times = take_turns(contenders, flags, rounds)

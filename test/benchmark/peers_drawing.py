@@ -25,8 +25,8 @@ import subprocess
 import tempfile
 from typing import NamedTuple
 
-from flag_sim.drawing import Camera, Light, Materials, Style
-from flag_sim.drawing.assembly import Assembly
+from flag_sim.drawing import Camera, Light, Materials, Scene, Style
+from flag_sim.drawing.scene import flag_scene, SceneBuffers
 
 import numpy as np
 
@@ -36,14 +36,25 @@ class Shot(NamedTuple):
 
     camera: Camera
     light: Light
-    assembly: Assembly
+    objects: list
+    assembly: SceneBuffers
 
     def of_points(self, attribute):
         """Return colours (n, 3), one for each point."""
         colours = np.empty((len(self.assembly.points), 3))
-        for name, (points, _) in self.assembly.parts.items():
-            colours[points] = getattr(Materials(), name).color
+        for one, (points, _) in zip(self.objects, self.assembly.parts):
+            colours[points] = one.surface.color
         return colours
+
+
+def assemble(flag, normals, camera):
+    """Return the objects of the source's scene and their buffers, with a flag in them."""
+    objects = flag_scene(flag, normals, camera, Materials(), Scene())
+    buffers = SceneBuffers(objects)
+    buffers.give(objects)
+    for piece in buffers.pieces:
+        buffers.take(piece)
+    return objects, buffers
 
 
 BACKGROUND = np.array(Style().background)
@@ -61,7 +72,7 @@ class Scanline:
             subprocess.run(['g++', '-O3', '-march=native', '-shared', '-fPIC', source,
                             '-o', library], check=True)
             self._draw = ctypes.CDLL(str(library)).draw
-        camera, light, assembly = self._shot = shot
+        camera, light, _, assembly = self._shot = shot
         self._matrix = np.ascontiguousarray(camera.P @ camera.pose)
         self._light = np.array([*light.direction, light.intensity, light.ambient])
         self._colours = shot.of_points('color')[assembly.triangles[:, 0]]
@@ -70,7 +81,7 @@ class Scanline:
         self._rgb = np.empty((camera.height, camera.width, 3), np.uint8)
 
     def draw(self, points, normals):
-        camera, _, assembly = self._shot
+        camera, _, _, assembly = self._shot
         count = points.size // 3
         self._points[:count], self._normals[:count] = points.reshape(-1, 3), normals.reshape(-1, 3)
 
@@ -109,7 +120,7 @@ class Llvmpipe:
 
     def __init__(self, shot):
         import moderngl
-        camera, light, assembly = shot
+        camera, light, _, assembly = shot
         context = self._context = moderngl.create_context(standalone=True, backend='egl')
         if 'llvmpipe' not in context.info['GL_RENDERER']:
             raise RuntimeError(f'the driver is {context.info["GL_RENDERER"]}')
@@ -154,7 +165,7 @@ class OpenCV:
     def __init__(self, shot):
         import cv2
         self._rasterize = cv2.triangleRasterize
-        camera, light, assembly = self._shot = shot
+        camera, light, _, assembly = self._shot = shot
         self._settings = cv2.TriangleRasterizeSettings().setCullingMode(
             cv2.RASTERIZE_CULLING_NONE).setShadingType(cv2.RASTERIZE_SHADING_SHADED)
         # OpenCV looks along -z, with y up.
@@ -165,7 +176,7 @@ class OpenCV:
         self._depth = np.empty((camera.height, camera.width), np.float32)
 
     def draw(self, points, normals):
-        camera, light, assembly = self._shot
+        camera, light, _, assembly = self._shot
         count = points.size // 3
         self._points[:count] = points.reshape(-1, 3)
         cosine = normals.reshape(-1, 3) @ light.direction
@@ -188,7 +199,7 @@ class Tinydisplay:
     def __init__(self, shot):
         from panda3d import core
         core.load_prc_file_data('', 'load-display p3tinydisplay\nnotify-level fatal\n')
-        camera, light, assembly = self._shot = shot
+        camera, light, _, assembly = self._shot = shot
         pipes = core.GraphicsPipeSelection.get_global_ptr()
         pipes.load_aux_modules()
         kinds = {kind.name: kind for kind in pipes.pipe_types}
@@ -223,7 +234,8 @@ class Tinydisplay:
             root.set_light(root.attach_new_node(lamp))
         root.set_two_sided(True)
         data = np.column_stack([assembly.points, assembly.normals]).astype(np.float32)
-        for name, (points, triangles) in assembly.parts.items():
+        for number, (one, (points, triangles)) in enumerate(zip(shot.objects, assembly.parts)):
+            name = str(number)
             vertices = core.GeomVertexData(name, core.GeomVertexFormat.get_v3n3(),
                                            core.Geom.UH_dynamic)
             vertices.unclean_set_num_rows(points.stop - points.start)
@@ -240,14 +252,14 @@ class Tinydisplay:
             node.add_geom(geom)
             path = root.attach_new_node(node)
             matter = core.Material()
-            color = (*(np.array(getattr(Materials(), name).color) / 255.0), 1.0)
+            color = (*(np.array(one.surface.color) / 255.0), 1.0)
             matter.set_ambient(color)
             matter.set_diffuse(color)
             path.set_material(matter)
-            if name == 'flag':
+            if number == 0:
                 self._flag = node
         self._root, self._window = root, window
-        self._data = data[assembly.parts['flag'][0]]
+        self._data = data[assembly.parts[0][0]]
 
     def draw(self, points, normals):
         self._data[:, :3], self._data[:, 3:] = points.reshape(-1, 3), -normals.reshape(-1, 3)

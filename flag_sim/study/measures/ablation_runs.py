@@ -130,7 +130,7 @@ class AblationRuns:
         row = dict.fromkeys(('psnr_db', 'ssim', 'levels', 'changed'))
         if not ends:
             return row
-        on, off = ([picture_of(one).draw(end[which], None, *look_of(one)) for end in ends]
+        on, off = ([picture_of(one).draw(end[which], None, *look_of(one)).colour for end in ends]
                    for which, one in enumerate(self.settings))
         apart = np.abs(np.int16(on) - np.int16(off))
         ssims = [errors.ssim(*pair) for pair in zip(off, on)]

@@ -91,9 +91,10 @@ class Trials:
         times = []
         for _ in range(TIMED):
             begin = time.perf_counter()
-            image = picture.draw(positions, None, *look)
+            frame = picture.draw(positions, None, *look)
             times.append(MILLI * (time.perf_counter() - begin))
-        return {'drawing_ms': sorted(times)[TIMED // 2], **self._likeness(measures, image, window)}
+        return {'drawing_ms': sorted(times)[TIMED // 2],
+                **self._likeness(measures, frame.colour, window)}
 
     def row(self, settings: Settings, window: Window, measures: dict = PICTURE) -> dict:
         """Return the numbers of motion and picture."""
@@ -102,7 +103,7 @@ class Trials:
 
     def still(self, settings: Settings, window: Window) -> dict:
         """Return what drawing the reference's own vertices by settings does to the picture."""
-        image = picture_of(settings).draw(self._end(window), None, *look_of(settings))
+        image = picture_of(settings).draw(self._end(window), None, *look_of(settings)).colour
         return {f'drawing_{name}': value
                 for name, value in self._likeness(PICTURE, image, window).items()}
 
@@ -120,7 +121,7 @@ class Trials:
         if window.frame not in self._drawn:
             best = changed(self.base, BEST)
             self._drawn[window.frame] = picture_of(best).draw(
-                self._end(window), None, *look_of(best)).copy()
+                self._end(window), None, *look_of(best)).colour.copy()
         return self._drawn[window.frame]
 
 

@@ -168,8 +168,10 @@ def _pair(term):
     found = []
     for settings, positions in zip(runs.settings, runs.ends(runs.starts(1)[0], APART)):
         height, width = (settings[side] // SHRUNK for side in ('height', 'width'))
-        found.append(np.full((height, width, 3), 255, np.uint8) if positions is None else
-                     errors.resized(picture_of(settings).draw(positions, None, *look_of(settings)),
-                                    height, width))
+        if positions is None:
+            found.append(np.full((height, width, 3), 255, np.uint8))
+        else:
+            frame = picture_of(settings).draw(positions, None, *look_of(settings))
+            found.append(errors.resized(frame.colour, height, width))
     gap = np.full((height, GAP, 3), 255, np.uint8)
     return np.concatenate([found[0], gap, found[1]], axis=1)

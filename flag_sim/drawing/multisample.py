@@ -21,8 +21,10 @@ averaged, the centre's too, as it is there already: elsewhere the colour is smoo
 centre's is the average. What is so thin that it slips between all pixel centres of a tile and of
 its rim is not found, and stays as it is with one sample.
 """
+from typing import NamedTuple
+
 from flag_sim.drawing.clipping import INSIDE
-from flag_sim.drawing.projection import SUBPIXEL_BITS, SUBPIXELS
+from flag_sim.drawing.geometry import SUBPIXEL_BITS, SUBPIXELS
 from flag_sim.kernels import kernel
 
 import numpy as np
@@ -54,14 +56,32 @@ PATTERNS = {
 }
 
 
-@kernel
-def mark_edges(words, begin, end, width, height, stride, worst, marks):
+class Tiles(NamedTuple):
     """
-    Mark the tiles of rows begin .. end - 1 where neighbours differ, in them or across their rim.
+    Which tiles of a band are drawn with more samples, and what becomes of them.
 
-    words: the rows from begin - 1 to end, `stride` pixels each; worst: (stride,) uint32, for the
-    work in between; marks: (BAND / TILE, stride / TILE) bool.
+    marks: (BAND / TILE, stride / TILE) bool, the tile mask; worst: (stride,) uint32, for the work
+    in between; words, depths: of one sample, as those of the centres (see bands); sums:
+    (2, pixels) uint32: [0] red and blue, [1] green, 16 bits each.
     """
+
+    marks: np.ndarray
+    worst: np.ndarray
+    words: np.ndarray
+    depths: np.ndarray
+    sums: np.ndarray
+
+
+@kernel
+def mark_edges(words, area, height, tiles):
+    """
+    Mark the tiles of an Area where neighbours differ, in them or across their rim.
+
+    words: colours of the rows from area.top - 1 on, one more than area has above and below;
+    height: of the image.
+    """
+    marks, worst, stride = tiles.marks, tiles.worst, area.stride
+    begin, end, width = area.top, area.top + area.rows, area.right
     for tile_row in range((end - begin + TILE - 1) // TILE):
         first = max(begin + tile_row * TILE - 1, 0)
         last = min(begin + tile_row * TILE + TILE, height - 1)
@@ -85,14 +105,17 @@ def mark_edges(words, begin, end, width, height, stride, worst, marks):
 
 
 @kernel
-def touching(triangles, numbers, count, u, v, outcodes, marks, begin, end, width, found):
+def touching(geometry, numbers, area, marks, found):
     """
-    Collect in `found` those of numbers[:count] that can touch a marked tile; count them.
+    Collect in `found` those numbers of triangles that can touch a marked tile; count them.
 
     All but triangles that are INSIDE are taken to touch.
     """
+    triangles, vertices = geometry.triangles, geometry.vertices
+    u, v, outcodes = vertices.u, vertices.v, vertices.outcodes
+    begin, end, width = area.top, area.top + area.rows, area.right
     kept = np.uint64(0)
-    for k in range(count):
+    for k in range(np.uint64(numbers.size)):
         t = numbers[k]
         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
         is_found = (outcodes[a] | outcodes[b] | outcodes[c]) != INSIDE
@@ -112,45 +135,43 @@ def touching(triangles, numbers, count, u, v, outcodes, marks, begin, end, width
 
 
 @kernel
-def clear_marked(marks, rows, stride, clear_colour, clear_depth, centres, words, depths, sums):
-    """
-    Empty the marked tiles of `rows` rows, and begin the sums with the colours at the centres.
-
-    sums: (2, rows stride) uint32: [0] red and blue, [1] green, 16 bits each.
-    """
-    for row in range(rows):
+def begin_samples(tiles, area, clear_colour, clear_depth, centres):
+    """Empty the marked tiles, and begin the sums with the colours at the centres."""
+    marks, sums = tiles.marks, tiles.sums
+    for row in range(area.rows):
         for tile in range(marks.shape[1]):
             if marks[row // TILE, tile]:
-                first = np.uint64(row * stride + tile * TILE)
+                first = np.uint64(row * area.stride + tile * TILE)
                 for i in range(first, first + np.uint64(TILE)):
-                    words[i] = clear_colour
-                    depths[i] = clear_depth
+                    tiles.words[i] = clear_colour
+                    tiles.depths[i] = clear_depth
                     sums[0, i] = centres[i] & np.uint32(0xff00ff)
                     sums[1, i] = centres[i] >> np.uint32(8) & np.uint32(0xff)
 
 
 @kernel
-def add_sample(marks, rows, stride, clear_colour, clear_depth, words, depths, sums):
+def add_sample(tiles, area, clear_colour, clear_depth):
     """Add a sample's colours to the sums and empty its tiles for the next."""
-    for row in range(rows):
+    marks, words, sums = tiles.marks, tiles.words, tiles.sums
+    for row in range(area.rows):
         for tile in range(marks.shape[1]):
             if marks[row // TILE, tile]:
-                first = np.uint64(row * stride + tile * TILE)
+                first = np.uint64(row * area.stride + tile * TILE)
                 for i in range(first, first + np.uint64(TILE)):
                     sums[0, i] += words[i] & np.uint32(0xff00ff)
                     sums[1, i] += words[i] >> np.uint32(8) & np.uint32(0xff)
                     words[i] = clear_colour
-                    depths[i] = clear_depth
+                    tiles.depths[i] = clear_depth
 
 
 @kernel
-def resolve(marks, rows, stride, samples, sums, words):
+def average(tiles, area, samples, words):
     """Write the sums of `samples` samples, averaged and rounded, as colours."""
-    half = np.uint32(samples // 2)
-    for row in range(rows):
+    marks, sums, half = tiles.marks, tiles.sums, np.uint32(samples // 2)
+    for row in range(area.rows):
         for tile in range(marks.shape[1]):
             if marks[row // TILE, tile]:
-                first = np.uint64(row * stride + tile * TILE)
+                first = np.uint64(row * area.stride + tile * TILE)
                 for i in range(first, first + np.uint64(TILE)):
                     red = ((sums[0, i] & np.uint32(0xffff)) + half) // np.uint32(samples)
                     green = (sums[1, i] + half) // np.uint32(samples)

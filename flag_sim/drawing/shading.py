@@ -15,6 +15,7 @@
 """Light and matter: intensities at vertices, for Gouraud's shading (1.12 to 1.14)."""
 import dataclasses
 import math
+from typing import NamedTuple
 
 from flag_sim import checks
 from flag_sim.drawing import ranges
@@ -84,28 +85,48 @@ class Surface:
         checks.fields(self, ['diffuse', 'specular', 'shininess', 'transmission'], low=0.0)
 
 
+class Lamp(NamedTuple):
+    """
+    Light on one surface.
+
+    toward: (3,) unit vector to the sun; of a surface of colour 1: ambient, what the sun adds where
+    it stands in the normal's direction, what shines through, and what is mirrored, with which
+    exponent.
+    """
+
+    toward: tuple
+    ambient: float
+    sunlight: float
+    transmitted: float
+    mirrored: float
+    shininess: float
+
+
 def shade(points, normals, viewpoint, surface, light, colours):
     """
     Light both sides of a surface with normals (n, 3), of any length, at points (n, 3) [m].
 
     viewpoint: (4,) of Camera. Writes colours (n, 2, 3), 0 to 255: [:, 0] of the side that the
-    normal points from, [:, 1] of the other side, whose normal is the opposite one. Which side
-    the eye meets is the triangle's matter, so a side that turns its back to the sun gets only
-    what shines through (|n . l| of 1.14 would light it). Brighter than 255 is 255, channel by
-    channel. A normal that is zero or not finite gets the ambient light alone; points are only
-    read where the surface is specular.
+    normal points from, [:, 1] of the other side, whose normal is the opposite one. Which side the
+    eye meets is the triangle's matter, so a side that turns its back to the sun gets only what
+    shines through (|n . l| of 1.14 would light it). Brighter than 255 is 255, channel by channel.
+    A normal that is zero or not finite gets the ambient light alone; points are only read where
+    the surface is specular.
     """
     sun = light.intensity if light.is_up else 0.0
-    _diffuse(normals, *light.direction, *surface.color, light.ambient, sun * surface.diffuse,
-             sun * surface.transmission, colours)
-    if sun * surface.specular > 0.0:
-        _add_specular(points, normals, viewpoint, *light.direction, sun * surface.specular,
-                      surface.shininess, colours)
+    lamp = Lamp(light.direction, light.ambient, sun * surface.diffuse, sun * surface.transmission,
+                255.0 * sun * surface.specular, surface.shininess)
+    _add_diffuse(normals, lamp, surface.color, colours)
+    if lamp.mirrored > 0.0:
+        _add_specular(points, normals, viewpoint, lamp, colours)
 
 
 @kernel
-def _diffuse(normals, lx, ly, lz, red, green, blue, ambient, sunlight, transmitted, colours):
+def _add_diffuse(normals, lamp, color, colours):
     """Colour = matter (ambient + sunlight max(0, +-n . l) + transmitted max(0, -+n . l))."""
+    lx, ly, lz = lamp.toward
+    ambient, sunlight, transmitted = lamp.ambient, lamp.sunlight, lamp.transmitted
+    red, green, blue = color
     # Places that are constants apart let LLVM vectorise the loop.
     flat, out = normals.reshape(-1), colours.reshape(-1)
     for i in range(np.uint64(normals.shape[0])):
@@ -126,8 +147,9 @@ def _diffuse(normals, lx, ly, lz, red, green, blue, ambient, sunlight, transmitt
 
 
 @kernel
-def _add_specular(points, normals, viewpoint, lx, ly, lz, sunlight, shininess, colours):
-    """Add 255 sunlight (n . h)^shininess, h halfway between sun and eye, on the sunny side."""
+def _add_specular(points, normals, viewpoint, lamp, colours):
+    """Add mirrored (n . h)^shininess, h halfway between sun and eye, on the sunny side."""
+    lx, ly, lz = lamp.toward
     for i in range(normals.shape[0]):
         nx, ny, nz = normals[i, 0], normals[i, 1], normals[i, 2]
         ex = viewpoint[0] - viewpoint[3] * points[i, 0]
@@ -143,6 +165,6 @@ def _add_specular(points, normals, viewpoint, lx, ly, lz, sunlight, shininess, c
         cosine = abs(nx * hx + ny * hy + nz * hz) / lengths
         # The eye must be on the same side as the sun.
         if toward_sun * (nx * ex + ny * ey + nz * ez) > 0.0:
-            shine = 255.0 * sunlight * min(cosine, 1.0) ** shininess
+            shine = lamp.mirrored * min(cosine, 1.0) ** lamp.shininess
             for channel in range(3):
                 colours[i, side, channel] = min(colours[i, side, channel] + shine, 255.0)

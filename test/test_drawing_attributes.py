@@ -1,0 +1,241 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""A scene of any objects, and what pixels show beside their colour."""
+import dataclasses
+import math
+
+from flag_sim.drawing import (
+    body, Camera, flag_scene, interpolate, Light, Materials, Object, Picture, Scene, sheet, Style,
+    Surface)
+from flag_sim.drawing.shapes import box_mesh
+
+import numpy as np
+
+import pytest
+
+from support.flags import wave
+
+CAMERA = Camera(320, 240)
+BOX = box_mesh((0.6, -1.2, 7.4), (1.1, -0.8, 7.9))
+
+
+def stand(camera=CAMERA):
+    """Return the source's scene with a second flag and a box before the first one."""
+    second = sheet(wave(9, 13) + [0.3, -0.6, -0.2], surface=Surface((20, 60, 200)), label=4)
+    return [*flag_scene(wave(), None, camera, Materials(), Scene()), second,
+            body(BOX, Surface((90, 160, 40)), label=5)]
+
+
+def labels(objects):
+    """Return a label for each triangle of each object."""
+    return [np.full((len(one.triangles), 1), one.label) for one in objects]
+
+
+def test_a_second_flag_and_a_box_are_an_entry_more_each():
+    objects = stand()
+    frame = Picture().draw_scene(objects, CAMERA, with_depth=True, with_visibility=True)
+    shown = interpolate(frame.visibility, labels(objects), 'triangles', nothing=0)[..., 0]
+    assert set(np.unique(shown)) == {0, 1, 2, 4, 5}
+    np.testing.assert_array_equal(shown == 0, np.isinf(frame.depth))
+    np.testing.assert_array_equal(frame.visibility.triangles == -1, np.isinf(frame.depth))
+    # Each shows no colour but a shade of its own.
+    for one in objects:
+        colour = frame.colour[shown == one.label].astype(float)
+        level = colour / one.surface.color
+        assert (np.ptp(level, axis=1) < 1.0 / min(one.surface.color)).all()
+    # Without them the picture is that of the flag alone.
+    alone = Picture().draw(wave(), camera=CAMERA)
+    same = Picture().draw_scene(objects[:3], CAMERA)
+    np.testing.assert_array_equal(same.colour, alone.colour)
+    box = Picture().draw_scene(objects[-1:], CAMERA, with_depth=True)
+    assert np.nanmin(box.depth) == pytest.approx(
+        ((BOX.vertices - CAMERA.position) @ CAMERA.pose[2, :3]).min(), rel=1e-2)
+
+
+def test_the_order_of_objects_does_not_matter():
+    objects = stand()
+    frame = Picture().draw_scene(objects, CAMERA, with_depth=True)
+    other = Picture().draw_scene(objects[::-1], CAMERA, with_depth=True)
+    np.testing.assert_array_equal(frame.depth, other.depth)
+    assert np.mean(np.any(frame.colour != other.colour, axis=-1)) < 1e-3
+
+
+def test_one_picture_serves_changing_scenes():
+    picture, objects = Picture(), stand()
+    for some in (objects, objects[:2], objects[1:], objects[3:], objects):
+        frame = picture.draw_scene(some, CAMERA, with_visibility=True)
+        fresh = Picture().draw_scene(some, CAMERA, with_visibility=True)
+        np.testing.assert_array_equal(frame.colour, fresh.colour)
+        for array, expected in zip(frame.visibility, fresh.visibility):
+            np.testing.assert_array_equal(array, expected)
+
+
+def test_arrays_that_are_changed_in_place_are_read_again():
+    flag, normals = wave(), np.cross(np.gradient(wave(), axis=1), np.gradient(wave(), axis=0))
+    picture = Picture()
+    picture.draw(flag, normals)
+    flag += [0.1, 0.0, 0.0]
+    np.testing.assert_array_equal(picture.draw(flag, normals).colour,
+                                  Picture().draw(flag.copy(), normals).colour)
+
+
+def rays(camera):
+    """Return the ways through the pixels' centres, of depth 1, in the world: (h, w, 3)."""
+    v, u = np.mgrid[:camera.height, :camera.width]
+    ways = np.stack([(u - camera.centre[0]) / camera.focal, (v - camera.centre[1]) / camera.focal,
+                     np.ones(u.shape)], axis=-1)
+    return ways @ camera.pose[:3, :3]
+
+
+@pytest.mark.parametrize('view', [
+    {}, {'azimuth': 1.2, 'elevation': 0.3}, {'target': (1.2, 0.45, 8.2), 'distance': 0.1},
+    {'target': (0.2, 0.2, 0.35), 'distance': 0.1, 'azimuth': 0.6, 'vertical_fov': 2.4}])
+@pytest.mark.parametrize('hidden_surface', ['zbuffer', 'painter'])
+def test_positions_are_where_rays_and_depth_say(view, hidden_surface):
+    # The place of what a pixel shows, as an attribute of three channels, linear in space: also
+    # where the near plane cuts.
+    camera = dataclasses.replace(CAMERA, **view)
+    objects = stand(camera)
+    frame = Picture().draw_scene(objects, camera, style=Style(hidden_surface=hidden_surface),
+                                 with_depth=True, with_visibility=True)
+    places = interpolate(frame.visibility, [one.vertices for one in objects])
+    seen = np.isfinite(frame.depth)
+    assert seen.any() and np.isnan(places[~seen]).all()
+    expected = camera.position + frame.depth[seen][:, None] * rays(camera)[seen]
+    apart = np.linalg.norm(places[seen] - expected, axis=1) / np.maximum(frame.depth[seen], 0.3)
+    # Vertices are snapped to 1/256 pixel; a triangle seen along its edge magnifies that.
+    assert np.median(apart) < 1e-4
+    assert np.mean(apart > 1e-2) < 0.002
+
+
+def test_orthographic_positions():
+    camera = dataclasses.replace(CAMERA, projection='orthographic')
+    objects = stand(camera)
+    frame = Picture().draw_scene(objects, camera, with_depth=True, with_visibility=True)
+    places = interpolate(frame.visibility, [one.vertices for one in objects])
+    seen = np.isfinite(frame.depth)
+    depth = (places[seen] - camera.position) @ camera.pose[2, :3]
+    np.testing.assert_allclose(depth, frame.depth[seen], atol=2e-2)
+    assert np.median(np.abs(depth - frame.depth[seen])) < 1e-4
+
+
+@pytest.mark.parametrize('interpolation', ['screen', 'perspective'])
+@pytest.mark.parametrize('shading', ['gouraud', 'flat'])
+def test_the_colour_is_an_attribute_like_others(interpolation, shading):
+    # Carried along the spans for speed, but the same: computed from visibility within a level.
+    light = Light()
+    objects = [one for one in stand() if not one.is_closed]
+    style = Style(interpolation=interpolation, shading=shading)
+    frame = Picture().draw_scene(objects, CAMERA, light, style, with_visibility=True)
+    colours = []
+    for one in objects:
+        corners = one.vertices[one.triangles]
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        if shading == 'gouraud':
+            at = np.zeros_like(one.vertices)
+            for corner in range(3):
+                np.add.at(at, one.triangles[:, corner], normals)
+            normals = at
+        cosine = normals @ light.direction / np.linalg.norm(normals, axis=1)
+        level = light.ambient + light.intensity * np.maximum([cosine, -cosine], 0.0)
+        colours.append(np.minimum(level.T[..., None] * one.surface.color, 255.0))
+    shown = interpolate(frame.visibility, colours,
+                        'triangles' if shading == 'flat' else 'vertices', interpolation)
+    seen = frame.visibility.triangles >= 0
+    assert np.abs(shown[seen] - frame.colour[seen]).max() <= 0.51
+
+
+def test_normals_and_texture_coordinates():
+    columns, rows = 31, 21
+    u, v = np.meshgrid(np.linspace(0, 1, columns), np.linspace(0, 1, rows))
+    flag = np.stack([0.05 + 2.25 * u, np.zeros_like(u), 8.9 - 1.5 * v], axis=-1)
+    objects = [sheet(flag)]
+    for azimuth in (-math.pi / 2, math.pi / 2):
+        camera = dataclasses.replace(CAMERA, azimuth=azimuth, elevation=0.3)
+        frame = Picture().draw_scene(objects, camera, with_depth=True, with_visibility=True)
+        seen = np.isfinite(frame.depth)
+        texture = interpolate(frame.visibility, np.stack([u, v], -1).reshape(-1, 2))[seen]
+        place = camera.position + frame.depth[seen][:, None] * rays(camera)[seen]
+        np.testing.assert_allclose(texture, np.column_stack(
+            [(place[:, 0] - 0.05) / 2.25, (8.9 - place[:, 2]) / 1.5]), atol=2e-3)
+        # Towards the camera on both sides: the back's normals are the opposite ones.
+        normals = np.tile([0.0, 1.0, 0.0], (rows * columns, 1))
+        both = np.stack([normals, -normals], axis=1)
+        front = interpolate(frame.visibility, both, nothing=0.0)
+        np.testing.assert_array_equal(front[seen], np.broadcast_to(
+            [0.0, math.copysign(1.0, camera.position[1]), 0.0], front[seen].shape))
+        assert (front[~seen] == 0.0).all()
+
+
+def test_many_channels_and_constants():
+    objects = stand()
+    frame = Picture().draw_scene(objects, CAMERA, with_visibility=True)
+    values = [np.broadcast_to(np.arange(7.0), (len(one.vertices), 7)) for one in objects]
+    for interpolation in ('screen', 'perspective'):
+        shown = interpolate(frame.visibility, values, interpolation=interpolation, nothing=-1.0)
+        seen = frame.visibility.triangles >= 0
+        np.testing.assert_array_equal(shown[seen], np.broadcast_to(
+            np.float32(np.arange(7)), (seen.sum(), 7)))
+        assert (shown[~seen] == -1.0).all()
+
+
+def test_threads_samples_and_outlines_see_the_same():
+    objects = stand()
+    frame = Picture().draw_scene(objects, CAMERA, with_visibility=True)
+    for threads, style in ((3, Style()), (1, Style(samples=4))):
+        other = Picture(threads).draw_scene(objects, CAMERA, style=style, with_visibility=True)
+        for array, expected in zip(other.visibility, frame.visibility):
+            np.testing.assert_array_equal(array, expected)
+    outlined = Picture().draw_scene(objects, CAMERA, style=Style(outline=True), with_depth=True,
+                                    with_visibility=True)
+    np.testing.assert_array_equal(outlined.visibility.triangles >= 0,
+                                  np.isfinite(outlined.depth))
+
+
+@pytest.mark.parametrize('arguments, said', [
+    ({'values': np.zeros(5)}, 'values.0. must be of shape'),
+    ({'values': [np.zeros((5, 1))]}, 'values must be for all'),
+    ({'values': [np.zeros((5, 3, 1))]}, 'values.0. must be of shape'),
+    ({'values': [np.zeros((5, 1)), np.zeros((5, 2))]}, 'as many channels'),
+    ({'values': [[['a']]]}, 'values.0. must be an array'),
+    ({'values': [np.zeros((5, 1))], 'at': 'edges'}, 'at must be one of'),
+    ({'values': [np.zeros((5, 1))], 'interpolation': 'cubic'}, 'interpolation must be one of')])
+def test_values_that_cannot_be_shown_are_refused(arguments, said):
+    frame = Picture().draw_scene(stand(), CAMERA, with_visibility=True)
+    with pytest.raises(ValueError, match=said):
+        interpolate(frame.visibility, **arguments)
+
+
+@pytest.mark.parametrize('arguments, said', [
+    ({'vertices': np.zeros((3, 2))}, 'vertices must be of shape'),
+    ({'triangles': [[0, 1, 3]]}, 'triangles must be numbers of the 3 vertices'),
+    ({'triangles': [[0.0, 1.0, 2.0]]}, 'triangles must be whole numbers'),
+    ({'normals': np.zeros((2, 3))}, 'normals must be of shape'), ({'surface': 'red'}, 'surface'),
+    ({'label': -1}, 'label must be between 0 and 255'), ({'is_closed': 1}, 'is_closed')])
+def test_an_object_that_cannot_be_drawn_is_refused(arguments, said):
+    with pytest.raises(ValueError, match=said):
+        Object(**{'vertices': np.zeros((3, 3)), 'triangles': [[0, 1, 2]], **arguments})
+
+
+@pytest.mark.parametrize('objects, said', [([], 'objects must be'), ([wave()], 'objects must be')])
+def test_a_scene_that_cannot_be_drawn_is_refused(objects, said):
+    with pytest.raises(ValueError, match=said):
+        Picture().draw_scene(objects)
+
+
+@pytest.mark.parametrize('low, high', [((0, 0, 0), (1, 1, 0)), ((0, 0, 0), (1, -1, 1))])
+def test_a_box_without_an_inside_is_refused(low, high):
+    with pytest.raises(ValueError, match='high must be greater than low'):
+        box_mesh(low, high)
