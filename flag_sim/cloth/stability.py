@@ -114,7 +114,7 @@ def plan(dt, omega, gamma, largest_step, stepping, useful_step=math.inf, shortes
     demanded = _count(dt / min(stepping.step_safety * largest_step(omega, gamma), useful_step))
     limit = stepping.substeps_limit
     if shortest_step > 0.0:
-        limit = min(limit, max(1, math.floor(dt / shortest_step)))
+        limit = min(limit, max(1, math.floor(dt / shortest_step * (1.0 + 1e-12))))
     granted = min(max(demanded, stepping.substeps), limit)
     if granted >= demanded:
         return Plan(demanded, granted, 1.0, 1.0)
