@@ -131,7 +131,8 @@ def wholes(record, names, low, high):
 
 def instance(name, value, kind):
     """Return value; raises ValueError unless it is of the kind, a class."""
-    require(isinstance(value, kind), name, f'of class {kind.__name__}', value)
+    if not isinstance(value, kind):
+        require(False, name, f'of class {kind.__name__}', value)
     return value
 
 

@@ -239,3 +239,19 @@ def test_a_scene_that_cannot_be_drawn_is_refused(objects, said):
 def test_a_box_without_an_inside_is_refused(low, high):
     with pytest.raises(ValueError, match='high must be greater than low'):
         box_mesh(low, high)
+
+
+def test_what_stands_still_is_drawn_anew_where_anything_else_changed():
+    # The same objects, whose points and colours are kept from frame to frame, and others of the
+    # same triangles.
+    picture, box = Picture(), body(BOX, Surface((90, 160, 40)))
+    moved = dataclasses.replace(box, vertices=box.vertices + 0.1)
+    for array in (box.vertices, box.normals, moved.vertices, box.triangles):
+        array.flags.writeable = False
+    other = dataclasses.replace(box, surface=Surface((10.0, 200.0, 30.0)))
+    for look in ({}, {'camera': Camera(120, 90, azimuth=1.0)}, {'light': Light(2.0)}, {},
+                 {'style': Style(shading='flat')}, {}):
+        for one in (box, other, box, moved, box):
+            drawn = picture.draw_scene([one], **{'camera': CAMERA, **look}).colour
+            expected = Picture().draw_scene([one], **{'camera': CAMERA, **look}).colour
+            np.testing.assert_array_equal(drawn, expected)

@@ -43,8 +43,7 @@ def assemble(camera):
     """Join flag, pole and platform as the picture does: the objects and their buffers."""
     objects = flag_scene(wave(), None, camera, Materials(), Scene())
     buffers = SceneBuffers(objects)
-    buffers.give(objects)
-    for piece in buffers.pieces:
+    for piece in buffers.give(objects):
         buffers.take(piece)
     return objects, buffers
 

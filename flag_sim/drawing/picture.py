@@ -69,9 +69,9 @@ class Picture:
         flag_vertices, flag_normals: see scene.sheet; the others: see draw_scene. Raises
         ValueError for other shapes, and for what is not of the class of its default.
         """
-        for name, value, kind in (('camera', camera, Camera), ('materials', materials, Materials),
-                                  ('scene', scene, Scene)):
-            checks.instance(name, value, kind)
+        checks.instance('camera', camera, Camera)
+        checks.instance('materials', materials, Materials)
+        checks.instance('scene', scene, Scene)
         objects = flag_scene(flag_vertices, flag_normals, camera, materials, scene)
         return self.draw_scene(objects, camera, light, style, with_depth)
 
@@ -83,9 +83,9 @@ class Picture:
         with_depth, with_visibility: what the Frame shall hold beside the colour. Raises
         ValueError for what is of another class, and for a list without triangles.
         """
-        for name, value, kind in (('camera', camera, Camera), ('light', light, Light),
-                                  ('style', style, Style)):
-            checks.instance(name, value, kind)
+        checks.instance('camera', camera, Camera)
+        checks.instance('light', light, Light)
+        checks.instance('style', style, Style)
         objects = list(objects)
         for one in objects:
             checks.instance('each of objects', one, Object)
@@ -93,7 +93,6 @@ class Picture:
             self._crew.call()
             if self._scene is None or not self._scene.fits(objects):
                 self._scene = SceneBuffers(objects)
-            self._scene.give(objects)
             geometry = self._geometry(camera)
             colours = self._transform(objects, geometry, camera, light, style)
             order = self._cull(geometry, camera, style)
@@ -114,7 +113,9 @@ class Picture:
         if self._colours is None or self._colours.shape != shape:
             self._colours = np.empty(shape)
         colours = self._colours
-        pieces = iter(scene.pieces)
+        look = camera, light, is_flat
+        given = scene.give(objects, look)
+        pieces = iter(given)
 
         def take(thread):
             for piece in pieces:
@@ -124,7 +125,8 @@ class Picture:
                     shade(piece.points, piece.normals, camera.viewpoint,
                           objects[piece.number].surface, light, colours[piece.own])
 
-        self._share(len(scene.pieces), take)
+        self._share(len(given), take)
+        scene.keep(objects, look)
         if is_flat:
             normals = face_normals(scene.points, scene.triangles)
             points = scene.points[scene.triangles].mean(axis=1)

@@ -61,8 +61,10 @@ def points(name: str, value, shape: tuple) -> np.ndarray:
     if array.dtype.kind not in 'fiu':
         checks.require(False, name, 'an array of real numbers',
                        value if array.dtype.kind == 'O' else array.dtype.name)
-    if array.shape != shape and (len(array.shape) != len(shape) or any(
-            want not in (None, have) for want, have in zip(shape, array.shape))):
+    is_fit = len(array.shape) == len(shape)
+    for want, have in zip(shape, array.shape):
+        is_fit &= want is None or want == have
+    if not is_fit:
         words = str(shape).replace('None', 'any')
         checks.require(False, name, f'of shape {words}', array.shape)
     return array

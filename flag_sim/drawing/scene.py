@@ -134,8 +134,8 @@ class SceneBuffers:
     The objects of a scene, joined in one set of arrays, and what is made of them for a frame.
 
     points, normals: (n, 3); triangles: (m, 3) int32; is_closed: (m,) uint8; parts: for each
-    object its slices of points and of triangles; pieces: cut for threads to share. vertices,
-    sizes, order: see geometry and culling.
+    object its slices of points and of triangles; pieces: for each object a list, cut for threads
+    to share. vertices, sizes, order: see geometry and culling.
     """
 
     def __init__(self, objects):
@@ -153,12 +153,12 @@ class SceneBuffers:
         self.is_closed = np.repeat(np.array([one.is_closed for one in objects], np.uint8),
                                    np.diff(numbers))
         self.points, self.normals = np.zeros((points, 3)), np.zeros((points, 3))
-        self._taken = [(None, None)] * len(objects)
+        self._objects, self._look, self._taken = [], None, [None] * len(objects)
         self.vertices = Vertices(np.empty((points, 3)), *np.empty((2, points), np.int32),
                                  np.empty(points), np.empty(points, np.int32))
-        self.pieces = [self._piece(k, slice(first, min(first + PIECE, part.stop)))
-                       for k, (part, _) in enumerate(self.parts)
-                       for first in range(part.start, part.stop, PIECE)]
+        self.pieces = [[self._piece(k, slice(first, min(first + PIECE, part.stop)))
+                        for first in range(part.start, part.stop, PIECE)]
+                       for k, (part, _) in enumerate(self.parts)]
         self.sizes = np.empty(count, np.uint8)
         chunks = -(-count // CHUNK)
         self.order = Order(np.arange(count, dtype=np.int32), np.empty((2, count), np.int16),
@@ -175,22 +175,37 @@ class SceneBuffers:
             and (len(one.vertices), one.is_closed) == size
             for one, triangles, size in zip(objects, self._triangles, self._sizes))
 
-    def give(self, objects):
-        """Begin a frame: average what normals are missing; `take` copies the rest."""
-        self._given = []
+    def give(self, objects, look=None):
+        """
+        Begin a frame: average what normals are missing; `take` copies the rest.
+
+        look: whatever else than an object tells where its points are on the screen and how they
+        are lit. Returns the pieces to do: not those of objects that are as they were in the last
+        frame, whose end `keep` told.
+        """
+        last, last_look, taken = self._objects, self._look, self._taken
+        self._objects, self._look, self._taken = [], None, [None] * len(objects)
+        self._given, pieces = [], []
         for k, (one, (points, _)) in enumerate(zip(objects, self.parts)):
             vertices, normals = one.vertices, one.normals
+            has_stayed = taken[k] is not None and taken[k] == (id(vertices), id(normals))
             if normals is None:
                 self.points[points] = vertices
                 self.normals[points] = vertex_normals(self.points[points], one.triangles)
-                vertices = None
-            elif self._taken[k] == (id(vertices), id(normals)):
-                vertices = normals = None
-            self._given.append((vertices, normals, points.start))
-            still = one.normals is not None and not (
-                one.vertices.flags.writeable or one.normals.flags.writeable)
-            self._taken[k] = (id(one.vertices), id(one.normals)) if still else (None, None)
-        self._objects = objects  # so that no other array gets an id of these
+            self._given.append((None, None, points.start) if normals is None or has_stayed else
+                               (vertices, normals, points.start))
+            if not (has_stayed and look == last_look and one.surface == last[k].surface):
+                pieces += self.pieces[k]
+        return pieces
+
+    def keep(self, objects, look):
+        """End what `give` began: all pieces are done."""
+        self._taken = [
+            None if one.normals is None or one.vertices.flags.writeable
+            or one.normals.flags.writeable else (id(one.vertices), id(one.normals))
+            for one in objects]
+        # Of the objects, too, so that no other array gets an id of these.
+        self._objects, self._look = objects, look
 
     def take(self, piece):
         """Take the points of a Piece from the object."""

@@ -51,8 +51,7 @@ def assemble(flag, normals, camera):
     """Return the objects of the source's scene and their buffers, with a flag in them."""
     objects = flag_scene(flag, normals, camera, Materials(), Scene())
     buffers = SceneBuffers(objects)
-    buffers.give(objects)
-    for piece in buffers.pieces:
+    for piece in buffers.give(objects):
         buffers.take(piece)
     return objects, buffers
 
