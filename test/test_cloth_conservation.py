@@ -26,8 +26,8 @@ from flag_sim.cloth.material import VACUUM
 from flag_sim.cloth.solvers import SOLVERS
 import numpy as np
 import pytest
-from support.soak import SOAK
 from support.cloths import energy
+from support.soak import SOAK
 
 FRAME = 1.0 / 30.0
 MINUTE = 1800

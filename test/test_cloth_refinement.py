@@ -47,7 +47,7 @@ def grids(cells):
 def sag(grid):
     """Hold the sheet by its hoist, in its own plane, until it rests: a cantilever."""
     cloth = flat(*grid, air=VACUUM, material=Material(damping=0.3, node_damping=25.0),
-                  stepping=Stepping(substeps_limit=10**4))
+                 stepping=Stepping(substeps_limit=10**4))
     for _ in range(40):
         cloth.advance(0.025)
     return cloth.positions

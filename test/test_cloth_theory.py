@@ -64,7 +64,7 @@ def test_free_fall(solver):
 def momenta_of_free_flight(solver, substeps):
     """Return momentum and angular momentum (6,) of a crumpled sheet, and those after 0.4 s."""
     cloth = flat(6, 9, pinned=False, air=VACUUM, gravity=0.0, solver=solver,
-                  stepping=Stepping(substeps=substeps))
+                 stepping=Stepping(substeps=substeps))
     rng = np.random.default_rng(2)
     cloth.place(cloth.positions + 0.02 * rng.normal(size=(6, 9, 3)), rng.normal(size=(6, 9, 3)))
     model = Model(cloth.mesh, cloth.material)
@@ -152,7 +152,7 @@ def test_a_falling_flat_sheet_reaches_its_terminal_speed(solver):
     claims(solver, 'friction')
     density, air = 0.2, Air(1.2, 1.17)
     cloth = flat(5, 8, pinned=False, material=Material(area_density=density), air=air,
-                  stepping=Stepping(substeps=100), solver=solver)
+                 stepping=Stepping(substeps=100), solver=solver)
     start = cloth.positions
     cloth.place(start[..., [0, 2, 1]])
     terminal = math.sqrt(2.0 * density * 9.81 / (1.2 * 1.17))
@@ -181,7 +181,7 @@ def test_energy_is_bounded_without_damping(solver):
     """It swings about its first value and does not drift in 20,000 steps of large motion."""
     claims(solver, 'energy')
     cloth = flat(6, 8, air=VACUUM, material=Material(damping=0.0),
-                  stepping=Stepping(substeps=20), solver=solver)
+                 stepping=Stepping(substeps=20), solver=solver)
     rng = np.random.default_rng(4)
     cloth.place(cloth.positions, rng.normal(size=(6, 8, 3)))
     scale = 0.2 * 2.25 * 1.5 * 9.81 * 1.5
@@ -204,8 +204,8 @@ def test_damping_lowers_the_energy(solver, damped):
     """In every frame, while the sheet swings; to a small part in the end."""
     claims(solver, 'friction', *(['undamped'] if 'node_damping' in damped else []))
     cloth = flat(6, 8, air=VACUUM, gravity=0.0, pinned=False,
-                  material=Material(**{'damping': 0.0, **damped}),
-                  stepping=Stepping(substeps=200), solver=solver)
+                 material=Material(**{'damping': 0.0, **damped}),
+                 stepping=Stepping(substeps=200), solver=solver)
     rng = np.random.default_rng(4)
     cloth.place(cloth.positions + 0.01 * rng.normal(size=(6, 8, 3)))
     energies = [energy(cloth, 0.0)]

@@ -92,7 +92,7 @@ def test_modes_of_a_hanging_chain(solver, mode):
     length, width, material = 1.0, 0.1, Material(0.2, 1000.0, 0.0, 0.0, damping=0.0)
     omega, modes, lengths = lumped_chain(LINKS, length, width, material)
     cloth = flat(2, LINKS + 1, length, width, (0.0, 0.0, 0.0), material=material, air=VACUUM,
-                  solver=solver)
+                 solver=solver)
     shape = np.zeros((2, LINKS + 1, 3))
     shape[:, 1:, 1] = 1e-8 * modes[mode - 1] / np.abs(modes[mode - 1]).max()
     positions = hanging(cloth)
@@ -124,7 +124,7 @@ def test_dispersion_of_longitudinal_waves(solver, axis, part):
     material = Material(0.2, 800.0, 0.0, 0.0, damping=0.0)
     grid, size = ((3, 21), (2.0, 0.3)) if axis == 0 else ((21, 3), (0.3, 2.0))
     cloth = flat(*grid, *size, (0.0, 0.0, 0.0), pinned=False, material=material, air=VACUUM,
-                  gravity=0.0, solver=solver)
+                 gravity=0.0, solver=solver)
     kappa_h = math.pi * part / 20
     omega = 2.0 * math.sqrt(800.0 / 0.2) / 0.1 * math.sin(0.5 * kappa_h)
     node = np.indices(grid)[1 if axis == 0 else 0]

@@ -88,6 +88,7 @@ def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inve
                    number(weight / 6.0) * dt, number(ahead) * dt, keep, span)
         _end(position, position_out, velocity_out, keep, span)
         collide(position, position_out, velocity_out, coefficients.limits, work.contact, span)
+        wait(work.barrier)  # before positions that neighbours look at are written over
         position, position_out = position_out, position
         velocity, velocity_out = velocity_out, velocity
 

@@ -303,7 +303,7 @@ class XPBD(Solver):
     First order. Springs act implicitly along themselves, explicitly across. Constraints are met
     with compliance (Macklin, Mueller, Chentanez, XPBD, 2016; Macklin et al., Small Steps in
     Physics Simulation, 2019), all springs of a line together (Deul, Kugelstadt, Weiler, Bender,
-    Direct Position-Based Solver for Stiff Rods, 2018). What the sweep finds is put together so that
+    Direct Position-Based Solver for Stiff Rods, 2018). What a sweep finds is put together so that
 
     - angular momentum is kept: springs keep the direction that they have at the step's beginning,
       in which impulses turn nothing, and rigid motion is not the sweep's to change (see rigid);
