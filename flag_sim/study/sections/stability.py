@@ -125,7 +125,7 @@ MAPS = (
     Map('steps', 'each method alone, in steps of a fixed length', True, RATIO, STEP,
         lambda x, y: (light_and_stiff(x), WIND, y),
         'Below the line symplectic, verlet and rk4 never diverge, and above it they soon do, '
-        'over 24 powers of ten; xpbd and implicit never do. Seed breaks below its line, where '
+        'over 24 powers of ten; implicit never does. Seed breaks below its line, where '
         'cloth is limp or light, because its drag is explicit.'),
     Map('frames', 'what a user gets: frames divided into steps',
         False, RATIO, FRAME_TIME, lambda x, y: (light_and_stiff(x), WIND, y),
