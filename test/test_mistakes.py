@@ -174,3 +174,17 @@ def test_no_animation_is_made_of_what_cannot_be_played(make, said):
 def test_any_kind_of_number_is_one(value):
     """Whole or not, of Python or of numpy."""
     assert checks.finite('n', value) == 3.0 and checks.whole('n', value, 0, 9) == 3
+
+
+@pytest.mark.parametrize('arguments, said', [
+    (('01', [1.0, 2.0]), "times must be a list, not '01'"),
+    ((math.nan, [1.0]), 'times must be a list, not nan'),
+    (([True], [1.0]), 'times must be numbers, not True'),
+    (([b'1'], [1.0]), "times must be numbers, not b'1'"),
+    (([0.0, 1.0], 'ab'), "values must be a list, not 'ab'"),
+    (([0.0], None), 'values must be a list, not None'),
+    (([0.0, 1.0], [1.0, 2.0], 1), 'laws must be a list, not 1')])
+def test_keys_that_are_no_lists_are_refused(arguments, said):
+    """By the rule and the value; a text is no list of its letters."""
+    with pytest.raises(ValueError, match=said):
+        Track(*arguments)

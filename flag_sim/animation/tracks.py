@@ -60,12 +60,13 @@ class Track:
     """
 
     def __init__(self, times, values, laws=None, is_angle=False, turns=False):
-        self.times = [_time(time) for time in times]
-        self.values = list(values)
+        self.times = [_time(time) for time in _listed('times', times)]
+        self.values = _listed('values', values)
         self.is_angle = checks.boolean('is_angle', is_angle)
         self.turns = checks.boolean('turns', turns)
         holds = any(isinstance(value, HOLDS) for value in self.values)
-        self.laws = list(laws) if laws else ['step' if holds else 'linear'] * len(self.times)
+        laws = [] if laws is None else _listed('laws', laws)
+        self.laws = laws or ['step' if holds else 'linear'] * len(self.times)
         self._check(holds)
         self._path = self.values
         if not holds:
@@ -201,7 +202,16 @@ def short_way(angles):
     return angles - TURN * np.concatenate([[0.0], np.cumsum(np.sign(steps) * turns)])
 
 
+def _listed(name, values):
+    """Return values as a list; raise ValueError for what is none, a text among it."""
+    if isinstance(values, (str, bytes, dict)) or not hasattr(values, '__iter__'):
+        raise ValueError(f'{name} must be a list, not {values!r}')
+    return list(values)
+
+
 def _time(time):
+    if isinstance(time, (bool, str, bytes)):
+        raise ValueError(f'times must be numbers, not {time!r}')
     try:
         number = float(time) + 0.0  # which makes 0 of -0
     except (TypeError, ValueError, OverflowError):

@@ -317,8 +317,8 @@ class XPBD(Solver):
     give way. So steps are at most LONGEST / omega long. Across a spring its tension T acts
     explicitly, stable while the sum of h^2 T / length over a node's eight springs is at most
     twice its mass: a spring never pulls harder than TENSEST allows, which is as at a strain of
-    14 % in the longest steps. A step is twice as long as one of symplectic and costs more than
-    five: nothing is cheapest with it. It is here as the method of its name that keeps its word.
+    14 % in the longest steps. A step is twice as long as one of symplectic and costs thirteen
+    of them: nothing is cheapest with it. It is here as the method of its name that keeps its word.
     """
 
     order = 1
