@@ -25,8 +25,8 @@ have no sum.
 Iterations of others, counted on a flag in the wind, 61 x 41 nodes and steps of 1/300 s, where M
 takes 248 at stiffness 1e5 and 491 at 1e6: symmetric Gauss-Seidel 72 and 120, by recurrences that
 are no vectors; a V-cycle of multigrid 20 and 24, at the price of some six products each; additive
-multilevel (BPX) 63 and 77, of some two. Two to three times less work would still be dearer than
-xpbd (see implicit).
+multilevel (BPX) 63 and 77, of some two. Two to three times less work would still be dearer
+than symplectic (see implicit).
 """
 from flag_sim.cloth.solvers.matrix import multiply
 from flag_sim.kernels import inner_kernel
