@@ -32,14 +32,14 @@ COPIED = .venv/config-copied
 demo test soak bench study: $(READY) $(COPIED)
 
 demo:
-	@.venv/bin/python -m flag_sim.nodes.demo --shot '$(SHOT)'
+	@.venv/bin/python -m flag_sim.tools.demo --shot '$(SHOT)'
 
 test:
 	@.venv/bin/python -m pytest -rs
 
 soak:
 	@FLAG_SIM_EXTREMES=2000 FLAG_SIM_SOAK=1 .venv/bin/python -m pytest -rsP \
-	test/test_cloth_extremes.py test/test_cloth_refinement.py test/test_cloth_statistics.py
+	test/cloth/test_extremes.py test/cloth/test_refinement.py test/cloth/test_statistics.py
 
 bench:
 	@.venv/bin/python test/benchmark/pipeline.py

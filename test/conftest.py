@@ -15,7 +15,7 @@
 """Fixtures that several test modules share."""
 import os
 
-from flag_sim.nodes.domains import claimed_domain
+from flag_sim.tools.domains import claimed_domain
 import pytest
 
 os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'

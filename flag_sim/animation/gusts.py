@@ -26,8 +26,8 @@ random phases (Shinozuka and Jan, 1972), all of one amplitude: the wavenumbers l
 spectrum's integral takes equal steps, so the variance is sigma^2 exactly. A sum has no memory:
 it is the same at a given distance whatever the frame rate, and after any jump.
 """
-from flag_sim import checks
-from flag_sim.attributes import constant
+from flag_sim.parameters import checks
+from flag_sim.parameters.closed import constant
 import numpy as np
 
 TURN = 2.0 * np.pi

@@ -16,9 +16,9 @@
 import bisect
 import math
 
-from flag_sim import checks
 from flag_sim.animation.tracks import SAME, Track
-from flag_sim.attributes import constant
+from flag_sim.parameters import checks
+from flag_sim.parameters.closed import constant
 
 SHORTEST_ROUND = 1e-3  # of a loop [s]: a frame goes through all of its rounds
 

@@ -23,9 +23,9 @@ import copy
 import itertools
 import math
 
-from flag_sim import checks
 from flag_sim.animation.laws import HOLDS, LAWS, monotone_slopes
-from flag_sim.attributes import constant
+from flag_sim.parameters import checks
+from flag_sim.parameters.closed import constant
 import numpy as np
 
 TURN = 2.0 * math.pi

@@ -21,7 +21,7 @@ loses the velocity that took it there.
 """
 import math
 
-from flag_sim.kernels import lean_inner_kernel, lean_kernel
+from flag_sim.jit.kernels import lean_inner_kernel, lean_kernel
 import numpy as np
 
 

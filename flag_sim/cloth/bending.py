@@ -33,7 +33,7 @@ the forces inside are the same. But a free edge here bears a moment of the curva
 alone, and a twist w = t u v costs B t^2 per area, where the first term costs nothing.
 """
 from flag_sim.cloth.mesh import ONE
-from flag_sim.kernels import inner_kernel, kernel, wide_kernel
+from flag_sim.jit.kernels import inner_kernel, kernel, wide_kernel
 
 
 def bend_constants(bend_stiffness, dx, dy):

@@ -27,7 +27,7 @@ from typing import NamedTuple
 from flag_sim.cloth.attachment import bring_back
 from flag_sim.cloth.mesh import ONE
 from flag_sim.cloth.planes import cell_plane, is_beyond, project, separation
-from flag_sim.kernels import lean_inner_kernel, lean_kernel, wide_kernel
+from flag_sim.jit.kernels import lean_inner_kernel, lean_kernel, wide_kernel
 import numpy as np
 
 FAR = 1e9

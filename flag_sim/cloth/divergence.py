@@ -13,9 +13,9 @@
 # limitations under the License.
 
 """Whether a state has stayed sane, and what to tell users whose choice of steps has broken it."""
-from flag_sim import checks
 from flag_sim.cloth.solvers import SOLVERS
-from flag_sim.kernels import kernel
+from flag_sim.jit.kernels import kernel
+from flag_sim.parameters import checks
 
 MAX_DISTANCE = 1e9
 """Greatest coordinate [m]: beyond, float64 does not resolve a tenth of a micrometre."""

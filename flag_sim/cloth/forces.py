@@ -16,13 +16,13 @@
 import math
 from typing import NamedTuple
 
-from flag_sim.cloth.barrier import new_barrier, wait
+from flag_sim.cloth.aerodynamics import add_faces, wind_on_faces
 from flag_sim.cloth.bending import add_moments, set_moments
 from flag_sim.cloth.collision import Contact, Limits
 from flag_sim.cloth.material import Air
 from flag_sim.cloth.springs import damped_tensions, elastic_tensions, sum_tensions
-from flag_sim.cloth.wind import add_faces, wind_on_faces
-from flag_sim.kernels import shared_kernel
+from flag_sim.jit.kernels import shared_kernel
+from flag_sim.parallel.barrier import new_barrier, wait
 import numpy as np
 
 NO_POLE = (0.0, 0.0, 0.0)

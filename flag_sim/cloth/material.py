@@ -15,8 +15,8 @@
 """What the cloth is made of, and the air around it: the user's physical dials, checked."""
 from dataclasses import dataclass
 
-from flag_sim import checks
 from flag_sim.cloth.pressure import GREATEST_RATE, LAWS
+from flag_sim.parameters import checks
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,8 @@
 """The grid of nodes: how it lies in memory, and what share of the sheet each node stands for."""
 from typing import NamedTuple
 
-from flag_sim import checks
-from flag_sim.attributes import constant
+from flag_sim.parameters import checks
+from flag_sim.parameters.closed import constant
 import numpy as np
 
 MAX_NODES = 2**20

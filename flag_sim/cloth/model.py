@@ -15,12 +15,12 @@
 """What is constant while the cloth moves: mesh and material, and what follows from both."""
 import math
 
-from flag_sim.attributes import constant
 from flag_sim.cloth.bending import bend_constants
 from flag_sim.cloth.collision import Limits
 from flag_sim.cloth.forces import Coefficients
 from flag_sim.cloth.pressure import LAWS
 from flag_sim.cloth.springs import dashpot_constants, spring_constants
+from flag_sim.parameters.closed import constant
 
 
 @constant

@@ -15,7 +15,7 @@
 """Normals of the cloth at its nodes, averaged over the faces around them (1.13)."""
 import math
 
-from flag_sim.kernels import kernel
+from flag_sim.jit.kernels import kernel
 import numpy as np
 
 

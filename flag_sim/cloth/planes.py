@@ -24,7 +24,7 @@ the pole, at no moment of a straight way.
 import math
 
 from flag_sim.cloth.mesh import LEAST_LENGTH2, ONE
-from flag_sim.kernels import lean_inner_kernel, lean_kernel
+from flag_sim.jit.kernels import lean_inner_kernel, lean_kernel
 
 
 @lean_inner_kernel

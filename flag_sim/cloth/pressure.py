@@ -43,7 +43,7 @@ root of the kinetic energy then grows no faster than evenly in time, as it does 
 """
 import math
 
-from flag_sim.kernels import inner_kernel
+from flag_sim.jit.kernels import inner_kernel
 
 QUADRATIC, LINEAR, SEED = 0, 1, 2
 """The laws by number, for the kernels."""

@@ -21,7 +21,7 @@ that is pinned otherwise can do neither.
 import math
 from typing import NamedTuple
 
-from flag_sim.kernels import inner_kernel
+from flag_sim.jit.kernels import inner_kernel
 import numpy as np
 
 SUMS = {'contract', 'reassoc'}

@@ -16,8 +16,6 @@
 import functools
 import math
 
-from flag_sim import checks
-from flag_sim.attributes import closed
 from flag_sim.cloth.collision import Limits
 from flag_sim.cloth.constraints import constrain
 from flag_sim.cloth.divergence import advice, broken_bound, Diverged
@@ -31,7 +29,9 @@ from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.cloth.stability import damping_bound, plan, SHORTEST_STEP, Stepping
 from flag_sim.cloth.start import bump
 from flag_sim.cloth.state import State
-from flag_sim.crew import Crew
+from flag_sim.parallel.thread_pool import Crew
+from flag_sim.parameters import checks
+from flag_sim.parameters.closed import closed
 import numpy as np
 
 MAX_HOIST = 1e6

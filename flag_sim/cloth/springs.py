@@ -22,7 +22,7 @@ it: each root is taken once, and opposite forces are equal to the last bit.
 import math
 
 from flag_sim.cloth.mesh import LEAST_LENGTH2, ONE
-from flag_sim.kernels import inner_kernel, wide_kernel
+from flag_sim.jit.kernels import inner_kernel, wide_kernel
 import numba
 from numba.extending import overload
 import numpy as np

@@ -31,7 +31,7 @@ from dataclasses import dataclass
 import math
 from typing import NamedTuple
 
-from flag_sim import checks
+from flag_sim.parameters import checks
 
 
 SHORTEST_STEP = {'float64': 0.0, 'float32': 1e-5}

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """What changes from step to step: where the nodes are and how fast they move."""
-from flag_sim import checks
+from flag_sim.parameters import checks
 import numpy as np
 
 

@@ -21,9 +21,9 @@ another look at the rasterizer (as in nvdiffrast's rasterize and interpolate, La
 """
 from typing import NamedTuple
 
-from flag_sim import checks
 from flag_sim.drawing import ranges
-from flag_sim.kernels import inner_kernel, kernel
+from flag_sim.jit.kernels import inner_kernel, kernel
+from flag_sim.parameters import checks
 
 import numpy as np
 

@@ -22,7 +22,6 @@ less to do.
 """
 from typing import NamedTuple
 
-from flag_sim.atomics import fetch_add
 from flag_sim.drawing.attributes import Area, new_slots, NOTHING, Slots, write_visibility
 from flag_sim.drawing.batched import Batch, new_batch
 from flag_sim.drawing.culling import collect
@@ -32,7 +31,8 @@ from flag_sim.drawing.multisample import (
     add_sample, average, begin_samples, mark_edges, TILE, Tiles, touching)
 from flag_sim.drawing.pixels import LANES
 from flag_sim.drawing.visibility import Pass, rasterize, Target
-from flag_sim.kernels import kernel
+from flag_sim.jit.kernels import kernel
+from flag_sim.parallel.atomics import fetch_add
 
 import numpy as np
 

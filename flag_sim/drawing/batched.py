@@ -24,7 +24,7 @@ from flag_sim.drawing.attributes import keep_slot
 from flag_sim.drawing.coverage import edge_function
 from flag_sim.drawing.geometry import next_centre, SUBPIXELS
 from flag_sim.drawing.pixels import LANES
-from flag_sim.kernels import inner_kernel, kernel
+from flag_sim.jit.kernels import inner_kernel, kernel
 
 import numpy as np
 

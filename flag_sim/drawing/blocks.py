@@ -24,7 +24,7 @@ from flag_sim.drawing.batched import (
     THREE, TOP, TWO)
 from flag_sim.drawing.culling import MEDIUM
 from flag_sim.drawing.pixels import hold, LANES, pack, WHOLE
-from flag_sim.kernels import inner_kernel, kernel
+from flag_sim.jit.kernels import inner_kernel, kernel
 
 import numpy as np
 

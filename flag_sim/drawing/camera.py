@@ -17,8 +17,8 @@ import dataclasses
 import functools
 import math
 
-from flag_sim import checks
 from flag_sim.drawing import ranges, transforms
+from flag_sim.parameters import checks
 
 import numpy as np
 

@@ -18,7 +18,7 @@ Cutting triangles to what the rasterizer can draw (Sutherland and Hodgman, 1974)
 All is done on points (X, Y, z) of the optical frame with X and Y in pixels at depth 1: a
 perspective image has u = X / z, an orthographic one u = X, both without the principal point.
 """
-from flag_sim.kernels import kernel
+from flag_sim.jit.kernels import kernel
 
 # Half the width of the band around the principal point that triangles are cut to [pixel]. With
 # a principal point below 2^13 all coordinates stay below 2^15, where edges are exact.

@@ -21,7 +21,7 @@ leave neither gaps nor doubles. A sample is inside where three edge functions (P
 not negative. They are whole numbers, so coverage is exact: vertices lie at whole subpixels.
 """
 from flag_sim.drawing.geometry import SUBPIXEL_BITS
-from flag_sim.kernels import inner_kernel
+from flag_sim.jit.kernels import inner_kernel
 
 import numpy as np
 

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 from flag_sim.drawing.clipping import INSIDE, INVALID
 from flag_sim.drawing.geometry import next_centre, SUBPIXELS
-from flag_sim.kernels import kernel
+from flag_sim.jit.kernels import kernel
 
 import numpy as np
 

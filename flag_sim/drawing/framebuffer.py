@@ -17,7 +17,7 @@ import dataclasses
 from typing import NamedTuple
 
 from flag_sim.drawing.attributes import Visibility
-from flag_sim.kernels import kernel
+from flag_sim.jit.kernels import kernel
 
 import numpy as np
 

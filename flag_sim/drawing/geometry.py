@@ -16,7 +16,7 @@
 from typing import NamedTuple
 
 from flag_sim.drawing.clipping import INSIDE, outcode
-from flag_sim.kernels import kernel
+from flag_sim.jit.kernels import kernel
 
 import numpy as np
 

@@ -25,7 +25,7 @@ from flag_sim.drawing.clipping import clip, CORNER_FIELDS, INSIDE, MOST_CORNERS
 from flag_sim.drawing.coverage import edge_function, end_inside, first_inside
 from flag_sim.drawing.geometry import next_centre, SUBPIXELS, to_screen
 from flag_sim.drawing.pixels import hold, LANES, pack, WHOLE
-from flag_sim.kernels import inner_kernel, kernel
+from flag_sim.jit.kernels import inner_kernel, kernel
 
 import numpy as np
 

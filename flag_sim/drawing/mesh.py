@@ -16,7 +16,7 @@
 import dataclasses
 import functools
 
-from flag_sim.kernels import kernel
+from flag_sim.jit.kernels import kernel
 
 import numpy as np
 

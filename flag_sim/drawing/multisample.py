@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 from flag_sim.drawing.clipping import INSIDE
 from flag_sim.drawing.geometry import SUBPIXEL_BITS, SUBPIXELS
-from flag_sim.kernels import kernel
+from flag_sim.jit.kernels import kernel
 
 import numpy as np
 

@@ -21,7 +21,7 @@ of its corners, so that the triangle does not hide its own edges.
 """
 from flag_sim.drawing.geometry import SUBPIXEL_BITS, SUBPIXELS
 from flag_sim.drawing.pixels import pack
-from flag_sim.kernels import inner_kernel, kernel
+from flag_sim.jit.kernels import inner_kernel, kernel
 
 import numpy as np
 

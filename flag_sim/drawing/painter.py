@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """The painter's algorithm: triangles sorted from far to near (Newell et al., 1972, step one)."""
-from flag_sim.kernels import kernel
+from flag_sim.jit.kernels import kernel
 
 import numpy as np
 

@@ -15,8 +15,6 @@
 """A frame from end to end: a scene in, pixels out."""
 import functools
 
-from flag_sim import checks
-from flag_sim.crew import Crew
 from flag_sim.drawing.bands import BAND, draw_bands, new_buffers, Plan
 from flag_sim.drawing.camera import Camera
 from flag_sim.drawing.culling import cull, Margin
@@ -30,6 +28,8 @@ from flag_sim.drawing.shading import Light, shade
 from flag_sim.drawing.shapes import Scene
 from flag_sim.drawing.style import Materials, Style
 from flag_sim.drawing.visibility import Colours, Pass, slots_for
+from flag_sim.parallel.thread_pool import Crew
+from flag_sim.parameters import checks
 
 import numpy as np
 

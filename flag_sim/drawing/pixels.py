@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """Pixels side by side, and how their values are held and packed."""
-from flag_sim.kernels import inner_kernel
+from flag_sim.jit.kernels import inner_kernel
 
 import numpy as np
 

@@ -15,7 +15,7 @@
 """Checks of what people give for a picture: angles, colours, switches, arrays of points."""
 import math
 
-from flag_sim import checks
+from flag_sim.parameters import checks
 
 import numpy as np
 

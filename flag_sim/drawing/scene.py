@@ -21,13 +21,13 @@ import dataclasses
 import functools
 from typing import NamedTuple
 
-from flag_sim import checks
 from flag_sim.drawing import ranges
 from flag_sim.drawing.culling import CHUNK, Order
 from flag_sim.drawing.geometry import Vertices
 from flag_sim.drawing.mesh import grid_triangles, Mesh, vertex_normals
 from flag_sim.drawing.shading import Surface
 from flag_sim.drawing.shapes import platform_mesh, pole_mesh
+from flag_sim.parameters import checks
 
 import numpy as np
 

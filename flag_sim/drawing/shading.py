@@ -17,9 +17,9 @@ import dataclasses
 import math
 from typing import NamedTuple
 
-from flag_sim import checks
 from flag_sim.drawing import ranges
-from flag_sim.kernels import kernel
+from flag_sim.jit.kernels import kernel
+from flag_sim.parameters import checks
 
 import numpy as np
 

@@ -24,9 +24,9 @@ import dataclasses
 import functools
 import math
 
-from flag_sim import checks
 from flag_sim.drawing import ranges
 from flag_sim.drawing.mesh import Mesh
+from flag_sim.parameters import checks
 
 import numpy as np
 

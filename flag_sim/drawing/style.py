@@ -15,11 +15,11 @@
 """What the scene is made of, and how its picture is."""
 import dataclasses
 
-from flag_sim import checks
 from flag_sim.drawing import ranges
 from flag_sim.drawing.attributes import INTERPOLATIONS
 from flag_sim.drawing.multisample import PATTERNS
 from flag_sim.drawing.shading import Surface
+from flag_sim.parameters import checks
 
 import numpy as np
 

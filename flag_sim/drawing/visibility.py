@@ -31,7 +31,7 @@ from flag_sim.drawing.clipping import INSIDE, MOST_CORNERS
 from flag_sim.drawing.culling import LARGE
 from flag_sim.drawing.large import cut_out, draw_large
 from flag_sim.drawing.outline import draw_outline
-from flag_sim.kernels import kernel
+from flag_sim.jit.kernels import kernel
 
 import numpy as np
 

@@ -17,22 +17,23 @@ import math
 import sys
 import time
 
-from flag_sim import checks
 from flag_sim.cloth import energy
 from flag_sim.cloth.mesh import Mesh
 from flag_sim.cloth.simulation import Cloth, Diverged, MAX_WIND
 from flag_sim.cloth.strain import greatest_strain
-from flag_sim.dials.catalogue import PHYSICS, SCENE
-from flag_sim.dials.settings import air_of, cloth_of, hang_of, material_of, pole_of, stepping_of
-from flag_sim.kernels import compilations
-from flag_sim.nodes import messages
-from flag_sim.nodes.compiling import compiling
-from flag_sim.nodes.complaints import WARN_EVERY
-from flag_sim.nodes.lasting import Lasting
-from flag_sim.nodes.life import run
-from flag_sim.nodes.readout import ERROR, WARN
-from flag_sim.nodes.server import FrameServer
-from flag_sim.nodes.topics import publish
+from flag_sim.declarations.catalogue import PHYSICS, SCENE
+from flag_sim.declarations.making import (
+    air_of, cloth_of, hang_of, material_of, pole_of, stepping_of)
+from flag_sim.jit.kernels import compilations
+from flag_sim.parameters import checks
+from flag_sim.ros import messages
+from flag_sim.ros.compiling import compiling
+from flag_sim.ros.diagnostics import ERROR, WARN
+from flag_sim.ros.frame_node import FrameServer
+from flag_sim.ros.hysteresis import Lasting
+from flag_sim.ros.lifecycle import run
+from flag_sim.ros.throttled_log import WARN_EVERY
+from flag_sim.ros.topics import publish
 
 CALM = 2.0
 """Seconds of simulated time without it after which softening or refining of steps is over."""

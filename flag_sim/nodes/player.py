@@ -16,16 +16,16 @@
 import sys
 import time
 
-from flag_sim.dials.catalogue import PLAYER
-from flag_sim.nodes.bag import RecordedTopics
-from flag_sim.nodes.complaints import Refusals
-from flag_sim.nodes.delivery import check_delivery, Delivery
-from flag_sim.nodes.frames import Tag
-from flag_sim.nodes.life import run
-from flag_sim.nodes.messages import owed_alone
-from flag_sim.nodes.parameters import BadParameter, DialNode
-from flag_sim.nodes.recorded_frames import recorded_frames
-from flag_sim.nodes.topics import publish
+from flag_sim.declarations.catalogue import PLAYER
+from flag_sim.protocol.frames import Tag
+from flag_sim.ros.bag import RecordedTopics
+from flag_sim.ros.delivery import check_delivery, Delivery
+from flag_sim.ros.lifecycle import run
+from flag_sim.ros.messages import owed_alone
+from flag_sim.ros.parameter_node import BadParameter, DialNode
+from flag_sim.ros.recorded_frames import recorded_frames
+from flag_sim.ros.throttled_log import Refusals
+from flag_sim.ros.topics import publish
 
 LOOK_AGAIN = 0.05  # how often lockstep looks for what is overdue [s]
 # What drives the pipeline from the bag on; played if nothing else is asked for.

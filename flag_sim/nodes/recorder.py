@@ -18,14 +18,14 @@ import datetime
 import sys
 import time
 
-from flag_sim.dials.catalogue import RECORDER
-from flag_sim.nodes import messages
-from flag_sim.nodes.bag import Bag
-from flag_sim.nodes.complaints import Refusals, Waiting
-from flag_sim.nodes.frames import Arrival, FrameOrder
-from flag_sim.nodes.life import run
-from flag_sim.nodes.parameters import BadParameter, DialNode
-from flag_sim.nodes.topics import publish, publishers, subscribe, TOPICS
+from flag_sim.declarations.catalogue import RECORDER
+from flag_sim.protocol.frames import Arrival, FrameOrder
+from flag_sim.ros import messages
+from flag_sim.ros.bag import Bag
+from flag_sim.ros.lifecycle import run
+from flag_sim.ros.parameter_node import BadParameter, DialNode
+from flag_sim.ros.throttled_log import Refusals, Waiting
+from flag_sim.ros.topics import publish, publishers, subscribe, TOPICS
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.serialization import deserialize_message
 

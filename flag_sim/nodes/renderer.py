@@ -16,16 +16,16 @@
 import sys
 import time
 
-from flag_sim.dials.catalogue import RENDERER, SCENE
-from flag_sim.dials.settings import look_of
+from flag_sim.declarations.catalogue import RENDERER, SCENE
+from flag_sim.declarations.making import look_of
 from flag_sim.drawing import Picture
-from flag_sim.nodes import messages
-from flag_sim.nodes.compiling import compiling
-from flag_sim.nodes.complaints import Waiting
-from flag_sim.nodes.frames import Tag
-from flag_sim.nodes.life import run
-from flag_sim.nodes.server import FrameServer
-from flag_sim.nodes.topics import DEPTH, publish, publishers, subscribe
+from flag_sim.protocol.frames import Tag
+from flag_sim.ros import messages
+from flag_sim.ros.compiling import compiling
+from flag_sim.ros.frame_node import FrameServer
+from flag_sim.ros.lifecycle import run
+from flag_sim.ros.throttled_log import Waiting
+from flag_sim.ros.topics import DEPTH, publish, publishers, subscribe
 import numpy as np
 
 # Vertices may come before the wind is discovered; only after this time does its absence mean

@@ -17,18 +17,19 @@ import sys
 import time
 
 from flag_sim.animation.tracks import SAME
-from flag_sim.dials.catalogue import WIND
-from flag_sim.nodes import keys, messages
-from flag_sim.nodes.animation import AnimationNode
-from flag_sim.nodes.autokey import Autokey
-from flag_sim.nodes.clock import FrameClock
-from flag_sim.nodes.delivery import check_delivery, Delivery
-from flag_sim.nodes.frames import next_take, Tag
-from flag_sim.nodes.life import run
-from flag_sim.nodes.readout import compute_time, OK, Readout, WARN
-from flag_sim.nodes.tally import Tally
-from flag_sim.nodes.topics import publish, subscribe
-from flag_sim.nodes.weather import Weather
+from flag_sim.animation.wind_source import Weather
+from flag_sim.declarations import keys
+from flag_sim.declarations.catalogue import WIND
+from flag_sim.protocol.clock import FrameClock
+from flag_sim.protocol.frames import next_take, Tag
+from flag_sim.protocol.missed_frames import Tally
+from flag_sim.ros import messages
+from flag_sim.ros.animation_node import AnimationNode
+from flag_sim.ros.autokey import Autokey
+from flag_sim.ros.delivery import check_delivery, Delivery
+from flag_sim.ros.diagnostics import compute_time, OK, Readout, WARN
+from flag_sim.ros.lifecycle import run
+from flag_sim.ros.topics import publish, subscribe
 from geometry_msgs.msg import Vector3, Vector3Stamped
 from rosgraph_msgs.msg import Clock as ClockMessage
 

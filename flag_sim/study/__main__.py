@@ -17,7 +17,7 @@ import argparse
 from pathlib import Path
 import sys
 
-from flag_sim.arguments import given_path, positive
+from flag_sim.parameters.arguments import given_path, positive
 from flag_sim.study import machine, report, runner
 from flag_sim.study.runner import Store
 from flag_sim.study.sections import all_sections

@@ -17,7 +17,7 @@ import os
 from pathlib import Path
 import tempfile
 
-from flag_sim import checks
+from flag_sim.parameters import checks
 from flag_sim.study.measures.settings import changed, DEFAULTS, defaults, Settings
 
 # Parameters that have another name in settings, because two nodes have one of their name.

@@ -24,7 +24,7 @@ import sys
 import time
 from typing import NamedTuple
 
-from flag_sim import checks
+from flag_sim.parameters import checks
 from flag_sim.study.machine import Watch
 
 MARK = 'study.json'  # the file that makes a folder the folder of a study, and says of which

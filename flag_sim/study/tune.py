@@ -19,7 +19,7 @@ import hashlib
 import shutil
 import sys
 
-from flag_sim.arguments import given_path, positive
+from flag_sim.parameters.arguments import given_path, positive
 from flag_sim.study import machine, params_file
 from flag_sim.study.measures import summary
 from flag_sim.study.measures.reference import WINDOW

@@ -25,12 +25,13 @@ from pathlib import Path
 import statistics
 import time
 
-from flag_sim.arguments import given_path
-from flag_sim.dials.catalogue import NODES
-from flag_sim.nodes import keys, messages
-from flag_sim.nodes.frames import Tag
-from flag_sim.nodes.topics import publish
-from flag_sim.nodes.weather import Weather
+from flag_sim.animation.wind_source import Weather
+from flag_sim.declarations import keys
+from flag_sim.declarations.catalogue import NODES
+from flag_sim.parameters.arguments import given_path
+from flag_sim.protocol.frames import Tag
+from flag_sim.ros import messages
+from flag_sim.ros.topics import publish
 import numpy as np
 import rclpy
 from rclpy.node import Node

@@ -33,7 +33,7 @@ from typing import NamedTuple
 for library in ('OMP', 'OPENBLAS', 'MKL'):
     os.environ[library + '_NUM_THREADS'] = '1'  # of the peers; read when they start
 
-from flag_sim.arguments import given_path  # noqa: E402
+from flag_sim.parameters.arguments import given_path  # noqa: E402
 from floating_point import FLOPS, peak  # noqa: E402
 
 import numpy as np  # noqa: E402

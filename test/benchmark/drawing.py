@@ -28,13 +28,13 @@ import time
 
 os.environ['LP_NUM_THREADS'] = '0'  # llvmpipe draws in the calling thread; read at its start
 
-from flag_sim.arguments import given_path  # noqa: E402
 from flag_sim.drawing import Camera, Light, Picture, Style  # noqa: E402
 from flag_sim.drawing.attributes import Area  # noqa: E402
 from flag_sim.drawing.bands import BAND, clear, new_buffers, Plan  # noqa: E402
 from flag_sim.drawing.framebuffer import Framebuffer, write_rgb  # noqa: E402
 from flag_sim.drawing.large import draw_span  # noqa: E402
 from flag_sim.drawing.visibility import Pass, Target  # noqa: E402
+from flag_sim.parameters.arguments import given_path  # noqa: E402
 
 import numpy as np  # noqa: E402
 

@@ -30,8 +30,8 @@ import tempfile
 import time
 from typing import NamedTuple
 
-from flag_sim.arguments import given_path
-from flag_sim.nodes.graph import Graph
+from flag_sim.parameters.arguments import given_path
+from flag_sim.tools.graph import Graph
 
 from probe import answer_wind, feed, Probe, recorded_frames, sending_jitter
 

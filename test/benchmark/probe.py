@@ -15,11 +15,11 @@
 """A node of the benchmark's own: it feeds others as fast as they take it, or hears the wind."""
 import time
 
-from flag_sim.nodes import messages
-from flag_sim.nodes.bag import RecordedTopics
-from flag_sim.nodes.life import bring_profile, keep_memory
-from flag_sim.nodes.messages import serialized_stamp
-from flag_sim.nodes.topics import publish, subscribe
+from flag_sim.ros import messages
+from flag_sim.ros.bag import RecordedTopics
+from flag_sim.ros.lifecycle import bring_profile, keep_memory
+from flag_sim.ros.messages import serialized_stamp
+from flag_sim.ros.topics import publish, subscribe
 import numpy as np
 import rclpy
 from rclpy.executors import SingleThreadedExecutor

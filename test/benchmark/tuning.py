@@ -23,7 +23,7 @@ import argparse
 from pathlib import Path
 import tempfile
 
-from flag_sim.arguments import given_path
+from flag_sim.parameters.arguments import given_path
 from flag_sim.study import machine
 from flag_sim.study.measures.reference import FINEST, Reference
 from flag_sim.study.measures.settings import changed, defaults

@@ -13,9 +13,9 @@
 # limitations under the License.
 
 """A physics node in this process, fed with messages as the network would feed it."""
-from flag_sim.nodes import messages
-from flag_sim.nodes.frames import Tag
 from flag_sim.nodes.physics import Physics
+from flag_sim.protocol.frames import Tag
+from flag_sim.ros import messages
 from rclpy.parameter import Parameter
 
 WIND = (6.0, 2.0, 0.5)

@@ -20,8 +20,8 @@ import random
 import threading
 import time
 
-from flag_sim.nodes.life import bring_profile
-from flag_sim.nodes.topics import publish
+from flag_sim.ros.lifecycle import bring_profile
+from flag_sim.ros.topics import publish
 import rclpy
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor

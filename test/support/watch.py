@@ -16,9 +16,9 @@
 import contextlib
 import time
 
-from flag_sim.nodes.life import bring_profile
-from flag_sim.nodes.parameters import to_parameter
-from flag_sim.nodes.topics import publish, subscribe
+from flag_sim.ros.lifecycle import bring_profile
+from flag_sim.ros.parameter_node import to_parameter
+from flag_sim.ros.topics import publish, subscribe
 import rclpy
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor

@@ -29,7 +29,7 @@ multilevel (BPX) 63 and 77, of some two. Two to three times less work would stil
 than symplectic (see implicit).
 """
 from flag_sim.cloth.solvers.matrix import multiply
-from flag_sim.kernels import inner_kernel
+from flag_sim.jit.kernels import inner_kernel
 import numpy as np
 
 # In vectors, and so in another order than written; the order is the same in every run.

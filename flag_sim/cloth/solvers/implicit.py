@@ -24,7 +24,7 @@ from flag_sim.cloth.solvers.conjugate import add, dot, norm2, solve
 from flag_sim.cloth.solvers.matrix import (
     add_drag, FIELDS, Matrix, multiply, set_faces, set_springs)
 from flag_sim.cloth.solvers.solver import Solver
-from flag_sim.kernels import inner_kernel, kernel
+from flag_sim.jit.kernels import inner_kernel, kernel
 
 TOLERANCE = 1e-3
 """Part of the residual that is left; smaller ones change less than the step's own error does."""

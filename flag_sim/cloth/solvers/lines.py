@@ -24,7 +24,7 @@ import math
 from typing import NamedTuple
 
 from flag_sim.cloth.mesh import LEAST_LENGTH2, ONE
-from flag_sim.kernels import inner_kernel, kernel
+from flag_sim.jit.kernels import inner_kernel, kernel
 import numpy as np
 
 

@@ -24,11 +24,11 @@ from its neighbours. All five terms are symmetric and none is negative, so neith
 import math
 from typing import NamedTuple
 
+from flag_sim.cloth.aerodynamics import add_faces
 from flag_sim.cloth.bending import add_moments, set_moments
 from flag_sim.cloth.mesh import LEAST_AREA2, LEAST_LENGTH2, ONE
 from flag_sim.cloth.pressure import pressure
-from flag_sim.cloth.wind import add_faces
-from flag_sim.kernels import inner_kernel
+from flag_sim.jit.kernels import inner_kernel
 
 FIELDS = 22
 """Flat fields that a Matrix lies in."""

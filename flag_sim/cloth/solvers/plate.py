@@ -37,7 +37,7 @@ import math
 from typing import NamedTuple
 
 from flag_sim.cloth.mesh import ONE
-from flag_sim.kernels import kernel, wide_kernel
+from flag_sim.jit.kernels import kernel, wide_kernel
 import numpy as np
 
 FIELDS = 15

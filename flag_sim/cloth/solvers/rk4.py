@@ -15,11 +15,11 @@
 """The classical Runge-Kutta method of fourth order."""
 import math
 
-from flag_sim.cloth.barrier import wait
 from flag_sim.cloth.collision import collide
 from flag_sim.cloth.forces import set_forces
 from flag_sim.cloth.solvers.solver import Solver
-from flag_sim.kernels import shared_kernel, wide_kernel
+from flag_sim.jit.kernels import shared_kernel, wide_kernel
+from flag_sim.parallel.barrier import wait
 
 RADIUS = 2.6
 """The half disc of this radius left of the origin lies in the method's region of stability."""

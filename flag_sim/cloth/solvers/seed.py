@@ -13,13 +13,13 @@
 # limitations under the License.
 
 """The source text's own scheme, equations 1.5 to 1.10 to the letter."""
-from flag_sim.cloth.barrier import wait
 from flag_sim.cloth.collision import collide
 from flag_sim.cloth.forces import set_forces
 from flag_sim.cloth.material import VACUUM
 from flag_sim.cloth.solvers.solver import Solver
 from flag_sim.cloth.solvers.symplectic import Symplectic
-from flag_sim.kernels import kernel, shared_kernel, wide_kernel
+from flag_sim.jit.kernels import kernel, shared_kernel, wide_kernel
+from flag_sim.parallel.barrier import wait
 
 
 @kernel

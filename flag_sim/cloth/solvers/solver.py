@@ -16,10 +16,10 @@
 import functools
 import math
 
-from flag_sim.cloth.barrier import new_barrier, release
 from flag_sim.cloth.forces import Work
 from flag_sim.cloth.stability import frequency_bound
-from flag_sim.crew import Crew
+from flag_sim.parallel.barrier import new_barrier, release
+from flag_sim.parallel.thread_pool import Crew
 
 ALONE = Crew(1)
 

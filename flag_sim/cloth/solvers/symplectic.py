@@ -15,15 +15,15 @@
 """Symplectic (semi-implicit) Euler: velocity first, then position by the new velocity."""
 import math
 
-from flag_sim.cloth.barrier import wait
+from flag_sim.cloth.aerodynamics import share
 from flag_sim.cloth.bending import unbend
 from flag_sim.cloth.collision import collide
 from flag_sim.cloth.forces import set_parts
 from flag_sim.cloth.mesh import ONE
 from flag_sim.cloth.solvers.solver import Solver
 from flag_sim.cloth.springs import pull
-from flag_sim.cloth.wind import share
-from flag_sim.kernels import shared_kernel, wide_kernel
+from flag_sim.jit.kernels import shared_kernel, wide_kernel
+from flag_sim.parallel.barrier import wait
 
 
 @wide_kernel

@@ -15,11 +15,11 @@
 """Velocity Verlet, its forces taken at a predicted velocity."""
 import math
 
-from flag_sim.cloth.barrier import wait
 from flag_sim.cloth.collision import collide
 from flag_sim.cloth.forces import set_forces
 from flag_sim.cloth.solvers.solver import Solver
-from flag_sim.kernels import shared_kernel, wide_kernel
+from flag_sim.jit.kernels import shared_kernel, wide_kernel
+from flag_sim.parallel.barrier import wait
 
 
 @wide_kernel

@@ -27,7 +27,7 @@ from flag_sim.cloth.solvers.lines import (
 from flag_sim.cloth.solvers.plate import clear, factor_plate, meet_plate, Plate
 from flag_sim.cloth.solvers.solver import Solver
 from flag_sim.cloth.stability import membrane_frequency_bound
-from flag_sim.kernels import inner_kernel, kernel, wide_kernel
+from flag_sim.jit.kernels import inner_kernel, kernel, wide_kernel
 import numpy as np
 
 LONGEST = 4.0

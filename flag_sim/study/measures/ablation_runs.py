@@ -16,7 +16,7 @@
 import time
 
 from flag_sim.cloth import Cloth, Diverged
-from flag_sim.dials.settings import cloth_of, look_of
+from flag_sim.declarations.making import cloth_of, look_of
 from flag_sim.study.measures import errors, summary
 from flag_sim.study.measures.ablation_terms import settings_of, Term
 from flag_sim.study.measures.reference import MILLI, Shot, Window

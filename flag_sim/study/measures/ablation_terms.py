@@ -21,7 +21,7 @@ from flag_sim.cloth import Cloth, Material
 from flag_sim.cloth.forces import set_forces, Work
 from flag_sim.cloth.model import Model
 from flag_sim.cloth.solvers.symplectic import Symplectic
-from flag_sim.dials.settings import hang_of
+from flag_sim.declarations.making import hang_of
 from flag_sim.study.measures.reference import on_grid
 from flag_sim.study.measures.settings import changed, defaults, Settings
 

@@ -29,12 +29,12 @@ import time
 from typing import NamedTuple
 
 from flag_sim.animation.gusts import Gusts
-from flag_sim.animation.wind import wind_vector
+from flag_sim.animation.wind_vector import wind_vector
 from flag_sim.cloth import Cloth, Diverged
 from flag_sim.cloth.energy import kinetic_energy
 from flag_sim.cloth.mesh import resample
 from flag_sim.cloth.model import Model
-from flag_sim.dials.settings import cloth_of
+from flag_sim.declarations.making import cloth_of
 from flag_sim.study.measures.settings import changed, Settings
 import numpy as np
 

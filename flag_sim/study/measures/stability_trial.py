@@ -20,7 +20,7 @@ user gets, Cloth.advance, which divides frames into steps, softens, and limits t
 """
 import math
 
-from flag_sim.animation.wind import wind_vector
+from flag_sim.animation.wind_vector import wind_vector
 from flag_sim.cloth import Air, Cloth, Diverged, Material
 from flag_sim.cloth.forces import Forcing
 from flag_sim.cloth.mesh import Mesh
@@ -28,7 +28,7 @@ from flag_sim.cloth.model import Model
 from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.cloth.stability import damping_bound, frequency_bound
 from flag_sim.cloth.state import State
-from flag_sim.dials.settings import hang_of
+from flag_sim.declarations.making import hang_of
 from flag_sim.study.measures.settings import defaults, WEATHER
 import numpy as np
 

@@ -18,7 +18,7 @@ from pathlib import Path
 import time
 
 from flag_sim.cloth import Cloth
-from flag_sim.dials.settings import look_of
+from flag_sim.declarations.making import look_of
 from flag_sim.study.measures.errors import Measure, measured, MOTION, PICTURE, resized
 from flag_sim.study.measures.reference import (
     FINEST, MILLI, nested, on_grid, Reference, Window)

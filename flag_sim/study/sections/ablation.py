@@ -22,7 +22,7 @@ control shows what both are where nothing but the last digits differ.
 """
 import functools
 
-from flag_sim.dials.settings import look_of
+from flag_sim.declarations.making import look_of
 from flag_sim.study import plots as drawing
 from flag_sim.study.measures import errors
 from flag_sim.study.measures.ablation_runs import (

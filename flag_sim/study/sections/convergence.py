@@ -17,7 +17,7 @@ import functools
 
 from flag_sim.cloth import Diverged
 from flag_sim.cloth.mesh import resample
-from flag_sim.dials.settings import cloth_of, hang_of
+from flag_sim.declarations.making import cloth_of, hang_of
 from flag_sim.study import plots as drawing
 from flag_sim.study.measures import errors, summary, trials
 from flag_sim.study.measures.reference import WINDOW

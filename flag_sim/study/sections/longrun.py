@@ -16,7 +16,7 @@
 import functools
 
 from flag_sim.cloth.solvers import SOLVERS
-from flag_sim.dials.settings import cloth_of
+from flag_sim.declarations.making import cloth_of
 from flag_sim.study import plots as drawing
 from flag_sim.study.measures import errors, summary, trials
 from flag_sim.study.measures.reference import Shot

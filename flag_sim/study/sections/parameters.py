@@ -14,7 +14,7 @@
 
 """Each parameter alone, turned away from its default: what it costs and what it changes."""
 from flag_sim.cloth.solvers import SOLVERS
-from flag_sim.dials.settings import cloth_of
+from flag_sim.declarations.making import cloth_of
 from flag_sim.study import plots as drawing
 from flag_sim.study.measures import trials
 from flag_sim.study.measures.errors import MOTION, PICTURE

@@ -1,0 +1,70 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The weather: the wind at any time, from the wind node's dials and what is keyed of them."""
+from flag_sim.animation.gusts import Gusts
+from flag_sim.animation.wind_vector import Passage, wind_vector
+import numpy as np
+
+WIND_KEYED = ('speed', 'azimuth', 'elevation', 'gust.intensity')
+"""What may be keyed of the wind."""
+DIALS = (*WIND_KEYED, 'gust.length', 'gust.seed')
+"""The wind node's dials that the weather is made of."""
+
+
+class Weather:
+    """
+    The wind of the dials `values` {name: value} and a Timeline, from a moment on.
+
+    start: that moment [s]; passed: how far the wind had carried its gusts by then [m]. Where gusts
+    are off from end to end nothing is carried, and the distance stays what it was.
+    """
+
+    def __init__(self, values, timeline, start=0.0, passed=0.0):
+        self._values = {name: values[name] for name in DIALS}
+        self._timeline = timeline
+        self._gusts = Gusts(values['gust.length'], values['gust.seed'])
+        self._start_passed = passed
+        self._passage = Passage(lambda time: self._value('speed', time), start, passed)
+        track = timeline.tracks.get('wind.gust.intensity')
+        # No law leads beyond its keys.
+        self._has_gusts = any(track.values) if track else values['gust.intensity'] > 0.0
+
+    def turned(self, values, timeline, now):
+        """
+        Return the weather from `now` [s] on, by other dials and keys; this one if it has the same.
+
+        The gusts that are in the air stay where they are.
+        """
+        if timeline is self._timeline and all(values[n] == self._values[n] for n in DIALS):
+            return self
+        return Weather(values, timeline, now, self._passed(now))
+
+    def _passed(self, time):
+        """Return how far the wind has carried its gusts at `time` [s]: [m]."""
+        return self._passage.at(time) if self._has_gusts else self._start_passed
+
+    def at(self, time):
+        """Return the wind's velocity (3,) [m/s] at `time` [s]."""
+        speed, azimuth, elevation, intensity = (self._value(name, time) for name in WIND_KEYED)
+        # Also while a keyed intensity is 0, lest the first gust has a long way to catch up.
+        passed = self._passed(time)
+        gust = intensity * self._gusts.at(passed) if intensity > 0.0 else np.zeros(3)
+        return wind_vector(speed, azimuth, elevation, gust)
+
+    def _value(self, name, time):
+        track = f'wind.{name}'
+        if track in self._timeline.tracks:
+            return self._timeline.value(track, time)
+        return self._values[name]

@@ -1,0 +1,118 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""A node whose parameters hold an animation: read, checked, changed as a whole, and saved."""
+from flag_sim.declarations import keys
+from flag_sim.parameters.params_file import check_path, save_parameters
+from flag_sim.ros.companions import Companions
+from flag_sim.ros.parameter_groups import GroupParameterService
+from flag_sim.ros.parameter_node import DialNode, to_parameter
+
+
+def is_part(name):
+    """Return whether a parameter is part of the animation, in which one part needs the others."""
+    return name.startswith(('tracks', 'keys.', 'events.'))
+
+
+class AnimationNode(DialNode):
+    """
+    Reads its `timeline` from its parameters, at the start and whenever they change.
+
+    With `save_to` it saves the whole shot after every change, its own and its companions'.
+    Derived nodes say in `apply` what else changes, and call this one's.
+    """
+
+    def __init__(self, name, dials):
+        self._read = None, None  # the parts that were read last, and their Timeline
+        self._warned = set()     # the tracks whose present keys have been warned of
+        super().__init__(name, dials, allow_undeclared_parameters=True,
+                         start_parameter_services=False)
+        self.timeline = self._timeline_of(self.values)
+        self._warn_of_keys()
+        self._group_service = GroupParameterService(self, is_part)
+        self._saved = None  # the companions that are in the file that was saved last
+        self.companions = Companions(self, self._on_answer)
+
+    def _timeline_of(self, values):
+        """Return the Timeline of values {name: value}; raise ValueError if it cannot be played."""
+        # Not of the rate where it changes nothing: a new timeline is another wind.
+        more = ['loop', 'snap_keys', *['rate'] * values['snap_keys']]
+        parts = {name: value for name, value in values.items() if is_part(name) or name in more}
+        if parts != self._read[0]:  # ten thousand keys take a while
+            self._read = parts, keys.read_timeline(values)
+        return self._read[1]
+
+    def _warn_of_keys(self):
+        """Tell once what may surprise whoever has set a track's keys."""
+        found = keys.warnings(self.timeline)
+        for name in found.keys() - self._warned:
+            self.get_logger().warning(found[name])
+        self._warned = set(found)
+
+    def adopt(self, given):
+        """Take the keys of all tracks, those too that are not named in `tracks` yet."""
+        for name in sorted(name for name in given if keys.is_key_name(name)):
+            self.values[name] = self.accept(name, given.pop(name))
+            self.store([to_parameter(name, self.values[name], self.item_of(name))])
+            if keys.track_of(name) not in self.values['tracks']:
+                self.get_logger().warning(f"{name}: no track '{keys.track_of(name)}' is named in "
+                                          'tracks, so it is not played')
+
+    def accept(self, name, value):
+        """Accept keys beside the dials, and a path only if it can be written."""
+        if keys.is_key_name(name):
+            return keys.accept_keys(name, value)
+        value = super().accept(name, value)
+        if name == 'save_to' and value:
+            check_path(value)
+        return value
+
+    def item_of(self, name):
+        """Return the type of what a list of keys holds; of others as their dials say."""
+        return keys.item_of(name) if keys.is_key_name(name) else super().item_of(name)
+
+    def check_deletion(self, name):
+        """Let keys be deleted; `check` refuses it where a track plays them."""
+        if not keys.is_key_name(name):
+            super().check_deletion(name)
+        elif name not in self.values:
+            raise ValueError(f"no parameter '{name}'")
+
+    def check(self, values):
+        """Refuse an animation that cannot be played."""
+        self._timeline_of(values)
+
+    def apply(self, changed):
+        """Play the new animation, and save it."""
+        del changed
+        self.timeline = self._timeline_of(self.values)
+        self._warn_of_keys()
+        self.save()
+
+    def save(self):
+        """Write the shot to `save_to`, if there is one."""
+        if not self.values['save_to']:
+            return
+        others, lacking = self.companions.settings(keys.values_at(self.timeline, 0.0))
+        self._saved = set(others)
+        try:
+            save_parameters(self.values['save_to'], self.get_fully_qualified_name(), self.values,
+                            others, lacking)
+        except OSError as error:
+            self.get_logger().error(f'cannot save {self.values["save_to"]}: {error}')
+
+    def _on_answer(self, companion):
+        """Complete a file that was saved before this companion had told its values."""
+        if self._saved is not None and companion not in self._saved:
+            self.save()

@@ -1,0 +1,143 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Companions: the nodes that play a wind's frames, and what their parameters are set to."""
+import contextlib
+
+from flag_sim.declarations.catalogue import NODES
+from flag_sim.ros.topics import subscribers
+from rcl_interfaces.msg import ParameterEvent
+from rcl_interfaces.srv import GetParameters
+from rclpy.parameter import parameter_value_to_python
+from rclpy.qos import qos_profile_parameter_events
+
+LOOK_AGAIN = 0.5  # between looks at who is there [s]
+ASK_AGAIN = 4     # looks after which a node that has not answered is asked once more
+KINDS = ('physics', 'renderer')
+
+
+class Companions:
+    """
+    Knows the parameters of every physics and renderer that subscribes to `parameters`.
+
+    Each is asked for them when it is found, in whichever namespace, and is heard on
+    /parameter_events from then on.
+
+    node: the wind. on_answer(name): called when a node, by its full name, has told its values.
+    `on_change`, if set, is called with every change on a companion or the wind itself, as
+    [(kind, name, value, old)]; old is the dial's default where it is not known.
+    """
+
+    def __init__(self, node, on_answer):
+        self._node = node
+        self._on_answer = on_answer
+        self.on_change = None
+        self._own_name = node.get_fully_qualified_name()
+        self._known = {self._own_name: dict(node.values)}  # {node: {name: value}}
+        self._found = {}  # the endpoint of each node that was found, which a restart renews
+        self._asked = {}  # in which look each node was asked last
+        self._answered = set()
+        self._clients = {}
+        self._looks = 0
+        node.create_subscription(ParameterEvent, '/parameter_events', self._on_event,
+                                 qos_profile_parameter_events)
+        node.create_timer(LOOK_AGAIN, self._look)
+
+    def _look(self):
+        """Find the nodes that are there, and ask those that have not told their values."""
+        self._looks += 1
+        for name, endpoint in subscribers(self._node, 'parameters').items():
+            if _kind(name) in KINDS and self._found.get(name) != endpoint:
+                if name in self._found:
+                    self._known[name] = {}
+                self._found[name] = endpoint
+                self._asked.pop(name, None)
+                self._answered.discard(name)
+        for name in self._found.keys() - self._answered:
+            if self._looks - self._asked.get(name, -ASK_AGAIN) >= ASK_AGAIN:
+                self._ask(name)
+
+    def _ask(self, node):
+        if node not in self._clients:
+            self._clients[node] = self._node.create_client(GetParameters, f'{node}/get_parameters')
+        if not self._clients[node].service_is_ready():
+            return
+        self._asked[node] = self._looks
+        dials = NODES[_kind(node)]
+        future = self._clients[node].call_async(
+            GetParameters.Request(names=[dial.name for dial in dials]))
+        future.add_done_callback(lambda done: self._learn(node, dials, done.result()))
+
+    def _learn(self, node, dials, answer):
+        known = self._known.setdefault(node, {})
+        for dial, value in zip(dials, answer.values):
+            if dial.name not in known:  # what was heard meanwhile is not older than the answer
+                _keep(known, dial, parameter_value_to_python(value))
+        self._answered.add(node)
+        self._on_answer(node)
+
+    def _on_event(self, event):
+        kind = 'wind' if event.node == self._own_name else _kind(event.node)
+        is_near = kind in KINDS and _room(event.node) == _room(self._own_name)
+        if not (event.node in self._known or is_near):
+            return
+        known = self._known.setdefault(event.node, {})
+        dials = {dial.name: dial for dial in NODES[kind]}
+        changes = []
+        for parameter in event.changed_parameters:
+            dial = dials.get(parameter.name)
+            try:
+                value = parameter_value_to_python(parameter.value)
+            except RuntimeError:
+                continue  # a value of a type that ROS does not know, which anybody can publish
+            if dial is not None:
+                changes.append((kind, dial.name, value, known.get(dial.name, dial.default)))
+                _keep(known, dial, value)
+        if changes and self.on_change:
+            self.on_change(changes)
+
+    def settings(self, keyed):
+        """
+        Return {node: {name: value}} of what is not at its default, and what is lacking in words.
+
+        keyed: {track: value} at the shot's first frame: a parameter that is keyed has that value.
+        """
+        settings = {}
+        for node in sorted(self._answered):
+            kind, settings[node] = _kind(node), {}
+            for dial in NODES[kind]:
+                value = keyed.get(f'{kind}.{dial.name}', self._known[node].get(dial.name))
+                if value not in (None, dial.default):
+                    settings[node][dial.name] = value
+        lacking = [f'{node} did not answer' for node in sorted(self._found.keys()
+                                                               - self._answered)]
+        lacking += [f'no {kind} was found' for kind in KINDS
+                    if kind not in map(_kind, self._found)]
+        return settings, lacking
+
+
+def _keep(known, dial, value):
+    """Note a value unless it is none that the dial could have: names can be anybody's."""
+    with contextlib.suppress(ValueError):
+        known[dial.name] = dial.accept(value)
+
+
+def _kind(node):
+    """Return the kind of a node by its full name: nodes are named as executables."""
+    return node.rpartition('/')[2]
+
+
+def _room(node):
+    """Return the namespace of a node by its full name."""
+    return node.rpartition('/')[0]

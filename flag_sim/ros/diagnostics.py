@@ -1,0 +1,56 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The `state` readout: how a node is doing, as diagnostics, while somebody listens."""
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from flag_sim.ros.topics import publish
+
+OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
+PERIOD = 1.0  # between messages [s]
+
+
+class Readout:
+    """
+    Publishes a DiagnosticArray on `state` every second; without a listener it asks for nothing.
+
+    status(): returns the level, a message, and {name with unit: value} for the node's users.
+    """
+
+    def __init__(self, node, status):
+        self._node = node
+        self._status = status
+        self._out = publish(node, 'state')
+        self._timer = node.create_timer(PERIOD, self._publish)
+
+    def _publish(self):
+        if not self._out.get_subscription_count():
+            return
+        level, message, values = self._status()
+        message = DiagnosticArray(status=[DiagnosticStatus(
+            level=level, name=self._node.get_fully_qualified_name(), message=message,
+            hardware_id='none', values=[KeyValue(key=key, value=_words(value))
+                                        for key, value in values.items()])])
+        # Diagnostics are stamped by the clock on the wall: they are about now, not about a frame.
+        message.header.stamp = self._node.get_clock().now().to_msg()
+        self._out.publish(message)
+
+
+def _words(value):
+    return f'{value:.6g}' if isinstance(value, float) else str(value)
+
+
+def compute_time(stopwatch):
+    """Return the row that tells how long a frame's work takes on average since the last time."""
+    spent = stopwatch.lap()
+    return {'compute time per frame [ms]': 'no frame' if spent is None else 1e3 * spent}

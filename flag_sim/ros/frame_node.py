@@ -1,0 +1,164 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""What physics and renderer have in common: a frame arrives, they work, they publish."""
+import os
+import time
+
+from flag_sim.protocol.frames import Arrival, FrameOrder
+from flag_sim.ros import messages
+from flag_sim.ros.diagnostics import compute_time, ERROR, OK, Readout
+from flag_sim.ros.parameter_node import DialNode
+from flag_sim.ros.throttled_log import Refusals
+from flag_sim.ros.topics import subscribe
+
+
+class FrameServer(DialNode):
+    """
+    Serves frames in their order, and a frame that comes again with the answer that it kept.
+
+    Derived nodes define `work`, which makes a frame's answer, and `answer`, which publishes it;
+    `status` tells people how they are doing.
+    """
+
+    def __init__(self, name, dials):
+        super().__init__(name, dials)
+        self._order = FrameOrder()
+        self._inputs = {}   # (wind, values) by tag, of frames that may yet be served
+        self._answers = {}  # (index, answer) by stamp, of frames that may be asked for again
+        self._refusals = Refusals()
+        self._good = None   # values that the take's last frame was served with
+        self._clash = ''    # why keyed values of the last frame could not be used
+        # The network cannot deliver before it is spun, and it is spun only once all is ready.
+        subscribe(self, 'parameters', self._on_parameters)
+        self._readout = Readout(self, self._status)
+        processors = len(os.sched_getaffinity(0))
+        if self.values['threads'] > processors:
+            self.get_logger().warning(
+                f'threads = {self.values["threads"]} is more than this process has processors, '
+                f'{processors}: frames take longer than with {processors}')
+
+    def check_wind(self, wind):
+        """Raise ValueError for a wind (3,) [m/s] that the node cannot work with."""
+
+    def restart(self, tag):
+        """Forget the take or round that was played; another one begins with the frame `tag`."""
+
+    def is_ready(self, tag):
+        """Return whether everything that the frame needs has arrived."""
+        del tag
+        return True
+
+    def work(self, tag, wind, values):
+        """Return the frame's answer, given the wind [m/s] and this frame's values of the dials."""
+        raise NotImplementedError
+
+    def answer(self, stamp, answer):
+        """Publish a frame's answer, for the first time or again."""
+        raise NotImplementedError
+
+    def status(self):
+        """Return (level, message, {name with unit: value}) of the node, for its `state`."""
+        return OK, 'serving frames' if self._stopwatch.frames else 'waiting for frames', {}
+
+    def _status(self):
+        level, message, values = self.status()
+        if self._clash:
+            level, message = ERROR, self._clash
+        return level, message, {'frames served': self._stopwatch.frames,
+                                **compute_time(self._stopwatch), **values}
+
+    def _on_parameters(self, message, info):
+        try:
+            tag, wind, keyed = messages.read_parameters(message)
+            self.check_wind(wind)
+            values = self._values_of_frame(keyed)
+        except ValueError as error:
+            self.refuse('parameters', error)
+            return
+        self.take_frame(tag, wind, values, bytes(info['publisher_gid']['data']))
+
+    def _values_of_frame(self, keyed):
+        """Return the keyed values that are this node's own, checked against its dials."""
+        prefix = f'{self.get_name()}.'
+        own = {name.removeprefix(prefix): value for name, value in keyed.items()
+               if name.startswith(prefix)}
+        return {name: self.accept_change(name, value) for name, value in own.items()}
+
+    def _merge(self, keyed):
+        """
+        Return the values that a frame is served with: the node's own and, before them, the keyed.
+
+        Keyed values that are right one by one but cannot stand together, which the wind cannot
+        know, are told of, and the frame gets the values of the one before: refused, it would be
+        sent again for ever in lockstep.
+        """
+        values = {**self.values, **keyed}
+        self._clash = ''
+        if keyed:
+            try:
+                self.check(values)
+            except ValueError as error:
+                self._clash = f'keyed values are not used, the frame keeps those before: {error}'
+                if self._refusals.is_worth_saying(self._clash, time.monotonic()):
+                    self.get_logger().error(self._clash)
+                values = self._good or dict(self.values)
+        self._good = values
+        return values
+
+    def take_frame(self, tag, wind, keyed, sender):
+        """Put a frame where its turn will find it, and serve whatever can be served."""
+        arrival = self._order.arrive(tag, sender)
+        if arrival is Arrival.AGAIN:
+            self.answer_again(tag.stamp)
+            return
+        self._inputs[tag] = wind, keyed
+        self._inputs = {kept: self._inputs[kept] for kept in self._order.kept}
+        if arrival is Arrival.STALE:
+            return
+        if arrival is Arrival.RESTART:
+            self._answers.clear()
+            self._good = None
+            self.restart(min(self._order.waiting.values()))
+        self._answers = {stamp: kept for stamp, kept in self._answers.items()
+                         if kept[0] >= tag.oldest}
+        self.serve()
+
+    def serve(self):
+        """Serve the frames whose turn it is."""
+        while (tag := self._order.next_frame(self.is_ready)) is not None:
+            wind, keyed = self._inputs.pop(tag)
+            # What a user sets meanwhile counts from this frame on; keys count before it.
+            with self._stopwatch.share('work'):
+                answer = self.work(tag, wind, self._merge(keyed))
+            self._answers[tag.stamp] = tag.index, answer
+            self._stopwatch.frames += 1
+            self.answer(tag.stamp, answer)
+
+    def answer_again(self, stamp):
+        """Publish the answer to a frame that was served; return whether it is still kept."""
+        kept = self._answers.get(stamp)
+        if kept is not None:
+            self.answer(stamp, kept[1])
+        return kept is not None
+
+    def refuse(self, topic, error):
+        """Warn of a message that cannot be used."""
+        reason = f'a message on {topic} is refused: {error}'
+        if self._refusals.is_worth_saying(reason, time.monotonic()):
+            self.get_logger().warning(reason)
+
+    def close(self):
+        """Say where the time went."""
+        self.get_logger().info(self._stopwatch.summary())

@@ -1,0 +1,181 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The life of a node, from its start to its end, the same for all of them."""
+import contextlib
+import ctypes
+import os
+import signal
+import socket
+import sys
+import threading
+
+from flag_sim.ros.config import config_path
+from flag_sim.ros.given_files import tell_of_strangers
+from flag_sim.ros.notices import Teller
+from flag_sim.ros.parameter_node import BadParameter
+from flag_sim.ros.usage import asks_for_help, usage
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
+from rclpy.utilities import remove_ros_args
+
+
+M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # of glibc's malloc.h
+LARGEST_KEPT = 32 << 20  # the most that glibc takes [bytes]: an rgb8 image of 3840 x 2160 fits
+
+# Variables, and files in the working directory, by which users choose profiles or transports of
+# Fast DDS. A discovery server (ROS_DISCOVERY_SERVER) is no such choice: it goes with our profile.
+OWN_TRANSPORTS = (
+    'FASTDDS_DEFAULT_PROFILES_FILE', 'FASTRTPS_DEFAULT_PROFILES_FILE',
+    'FASTDDS_BUILTIN_TRANSPORTS', 'FASTDDS_ENVIRONMENT_FILE', 'ROS2_EASY_MODE')
+OWN_PROFILES = 'DEFAULT_FASTDDS_PROFILES.xml', 'DEFAULT_FASTRTPS_PROFILES.xml'
+
+TELL_EVERY = 0.5  # whoever started the node how many frames it has served [s]
+
+# Held for as long as the process lives: a socket that nobody holds is closed.
+_signal_sockets = socket.socketpair()
+
+
+def keep_memory():
+    """
+    Let malloc keep the memory that a frame leaves; the next frame asks for as much again.
+
+    glibc gives blocks of an image's size back to the system at once, and every page of the next
+    one is fetched and cleared anew: at 640 x 480 that took half of the recorder's time. Other C
+    libraries have no such call and are left as they are.
+    """
+    with contextlib.suppress(AttributeError):
+        mallopt = ctypes.CDLL(None).mallopt
+        mallopt(M_MMAP_THRESHOLD, LARGEST_KEPT)
+        mallopt(M_TRIM_THRESHOLD, 2 * LARGEST_KEPT)
+
+
+def bring_profile():
+    """
+    Give Fast DDS the package's profile, unless the user has chosen how messages travel.
+
+    With its stock settings a large image fills the shared memory segment, and from then on small
+    reliable messages may never arrive: a run in lockstep stops for good within seconds.
+    """
+    if (os.environ.get('RMW_IMPLEMENTATION') or 'rmw_fastrtps_cpp') != 'rmw_fastrtps_cpp':
+        return
+    if (os.environ.get('RMW_FASTRTPS_USE_QOS_FROM_XML') != '1'
+            and not any(os.environ.get(name) for name in OWN_TRANSPORTS)
+            and not any(os.path.exists(name) for name in OWN_PROFILES)):
+        os.environ['FASTDDS_DEFAULT_PROFILES_FILE'] = str(config_path('fastdds.xml'))
+
+
+def run(node_class, args=None):
+    """
+    Run a node until it ends or is told to; return the exit status.
+
+    The node has `ended`, a future that gets its exit status once it has ended by itself, and
+    `close`, called however the node ends; where it returns True, something could not be finished,
+    and the status is 1. SIGINT and SIGTERM else end it with status 0. Whoever started it is told,
+    if it asks (see notices), when the node is ready for frames, its figures, and that it ends.
+    """
+    arguments = sys.argv if args is None else args
+    if asks_for_help(arguments[1:]):
+        try:
+            print(usage(node_class), flush=True)
+        except BrokenPipeError:  # as by `| head`; Python would flush once more at its end
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    keep_memory()
+    bring_profile()
+    stop = _future_of_signals()
+    try:
+        # rclpy's own handlers would shut it down at once, before the node could close.
+        context = rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+    except RuntimeError as error:
+        # What rclpy says of arguments and files that it cannot read.
+        print(f'cannot start: {str(error).splitlines()[0]}', file=sys.stderr)
+        return 1
+    try:
+        with context:
+            _refuse_others(arguments)
+            node = node_class()
+            tell_of_strangers(node, arguments)
+            node.tell_of_ignored()
+            teller = Teller()
+            node.ended.add_done_callback(lambda ended: _set_once(stop, ended.result()))
+            try:
+                executor = SingleThreadedExecutor()
+                executor.add_node(node)
+                _tell_figures(node, teller)
+                teller.tell(READY=1)
+                executor.spin_until_future_complete(stop)
+            finally:
+                teller.tell(STOPPING=1, **_as_variables(node.figures))
+                is_unfinished = node.close()
+            return 1 if is_unfinished else stop.result()
+    except BadParameter as error:
+        print(f'refused: {error}', file=sys.stderr)
+        return 1
+
+
+def _as_variables(figures):
+    return {f'X_FLAG_SIM_{name.upper()}': number for name, number in figures.items()}
+
+
+def _tell_figures(node, teller):
+    """Tell whoever started the node, while it runs, how many frames it has served."""
+    if not teller.is_wanted:
+        return
+    told = {}
+
+    def tell():
+        figures = node.figures
+        if figures != told and teller.tell_news(STATUS=f'{figures["frames"]} frames',
+                                                **_as_variables(figures)):
+            told.update(figures)
+    node.create_timer(TELL_EVERY, tell)
+
+
+def _refuse_others(arguments):
+    """Raise BadParameter for arguments that are not ROS's: rclpy passes over them."""
+    others = remove_ros_args(arguments)[1:]
+    if others:
+        raise BadParameter(f"unknown arguments {' '.join(others)}; parameters are given as "
+                           '--ros-args -p name:=value')
+
+
+def _future_of_signals():
+    """
+    Return a future that SIGINT and SIGTERM set to 0; a second one ends the process at once.
+
+    Python's handlers run only between two bytecodes of the main thread, which may wait inside
+    the middleware for ever; a byte on a socket reaches a thread of our own at any time.
+    """
+    stop = Future()
+    reader, writer = _signal_sockets
+    writer.setblocking(False)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: None)
+    signal.set_wakeup_fd(writer.fileno())
+
+    def listen():
+        reader.recv(1)
+        _set_once(stop, 0)
+        reader.recv(1)
+        os._exit(1)
+    threading.Thread(target=listen, daemon=True).start()
+    return stop
+
+
+def _set_once(future, status):
+    if not future.done():
+        future.set_result(status)

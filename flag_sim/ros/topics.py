@@ -1,0 +1,92 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The topics: their names, types and quality of service."""
+from typing import NamedTuple
+
+from diagnostic_msgs.msg import DiagnosticArray
+from flag_sim.ros.parameter_node import BadParameter
+from flag_sim.ros.qos_overrides import check_overrides
+from geometry_msgs.msg import Vector3Stamped
+from rcl_interfaces.msg import ParameterEvent
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.qos_overriding_options import QoSOverridingOptions
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2
+from std_msgs.msg import Empty, Header
+
+
+class Topic(NamedTuple):
+    """
+    A topic's message type.
+
+    every_frame: whether every frame brings one message. stamped: whether the message begins with
+    a time of the simulation, by which it can be recorded.
+    """
+
+    message: type
+    every_frame: bool
+    stamped: bool = True
+
+
+TOPICS = {
+    'parameters': Topic(ParameterEvent, True),
+    'keyframe': Topic(Header, False),
+    'wind': Topic(Vector3Stamped, True),
+    '/clock': Topic(Clock, False),
+    'vertices': Topic(PointCloud2, True),
+    'camera/image_raw': Topic(Image, True),
+    'camera/camera_info': Topic(CameraInfo, True),
+    'camera/depth/image_raw': Topic(Image, True),
+    'frame_done': Topic(Header, False),
+    'reset': Topic(Empty, False, False),
+    'step': Topic(Empty, False, False),
+    'state': Topic(DiagnosticArray, False, False),
+}
+
+# As many messages as wind's largest window keeps in flight, so that lockstep fills no queue.
+DEPTH = 8
+
+
+def _quality(node, name, end):
+    try:
+        check_overrides(node, node.resolve_topic_name(name), end)
+    except ValueError as error:
+        raise BadParameter(str(error)) from None
+    return {'qos_profile': QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.RELIABLE),
+            'qos_overriding_options': QoSOverridingOptions.with_default_policies()}
+
+
+def publish(node, name):
+    """Return a publisher of topic `name` of `TOPICS` for `node`."""
+    return node.create_publisher(TOPICS[name].message, name, **_quality(node, name, 'publisher'))
+
+
+def publishers(node, name):
+    """Return the names of the nodes that publish a topic, as `node` knows it: in words, or ''."""
+    ends = node.get_publishers_info_by_topic(node.resolve_topic_name(name))
+    return ', '.join(sorted({end.node_name for end in ends}))
+
+
+def subscribers(node, name):
+    """Return {fully qualified name: endpoint} of the nodes that subscribe to a topic."""
+    ends = node.get_subscriptions_info_by_topic(node.resolve_topic_name(name))
+    return {f'{end.node_namespace.rstrip("/")}/{end.node_name}': bytes(end.endpoint_gid)
+            for end in ends}
+
+
+def subscribe(node, name, callback, raw=False):
+    """Subscribe `node` to topic `name` of `TOPICS`; raw: the callback gets serialised bytes."""
+    return node.create_subscription(TOPICS[name].message, name, callback, raw=raw,
+                                    **_quality(node, name, 'subscription'))

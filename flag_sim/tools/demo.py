@@ -1,0 +1,152 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The demo: a shot played through four processes in lockstep, and what was filmed as pictures."""
+import argparse
+from pathlib import Path
+import shutil
+import sys
+import time
+
+from flag_sim.parameters.arguments import given_path
+from flag_sim.ros.config import config_path
+from flag_sim.tools.domains import NoDomain
+from flag_sim.tools.film import images_of, write_animation, write_contact_sheet
+from flag_sim.tools.graph import Graph
+from tqdm import tqdm
+import yaml
+
+# Without a new frame for so long the demo gives up [s]. Kernels compile before the first one: in
+# half a minute, and in one on a machine that is busy.
+STALLED = 60.0
+FIRST_STALLED = 300.0
+LOOK_AGAIN = 0.1  # at the nodes [s]
+LONGEST_LOOK = 1.0  # beyond that this process was stopped, and has not seen the time go by [s]
+
+
+class Progress:
+    """Shows how many frames the recorder has safe, and notices when there come no more."""
+
+    def __init__(self, frames):
+        self.bar = tqdm(total=frames, unit='frame', desc='filming')
+        self._seen = None    # steady time of the last look [s]
+        self._without = 0.0  # time since the last new frame, as far as it was seen [s]
+
+    def look(self, frames, now):
+        """Note at steady time `now` [s] how many frames are safe."""
+        self._without += 0.0 if self._seen is None else min(now - self._seen, LONGEST_LOOK)
+        self._seen = now
+        if frames > self.bar.n:
+            self.bar.update(frames - self.bar.n)
+            self._without = 0.0
+
+    @property
+    def is_stalled(self):
+        """Return whether there is no hope for another frame."""
+        return self._without > (STALLED if self.bar.n else FIRST_STALLED)
+
+
+def play(shot, frames, out):
+    """
+    Play the params file `shot` into the bag out/demo.
+
+    Return whether wind and recorder have ended as they do after a whole shot, and what the
+    recorder told last (see Graph.told).
+    """
+    arguments = ['--params-file', str(shot), '-p']
+    with Graph(out / 'log') as graph:
+        progress = Progress(frames)
+        graph.start('physics', *arguments[:2])
+        graph.start('renderer', *arguments[:2])
+        recorder = graph.start(
+            'recorder', *arguments, f'path:={out / "demo"}', '-p', 'storage:=mcap', '-p',
+            'compression:=zstd', '-p', f'frames:={frames}')
+        wind = graph.start('wind', *arguments, 'pace:=lockstep', '-p',
+                           'wait_for:=[renderer, recorder]')
+        while None in (wind.poll(), recorder.poll()) and not graph.failed():
+            progress.look(int(graph.told('recorder').get('X_FLAG_SIM_FRAMES', 0)),
+                          time.monotonic())
+            if progress.is_stalled:
+                break
+            time.sleep(LOOK_AGAIN)
+        told = graph.told('recorder')
+        progress.look(int(told.get('X_FLAG_SIM_FRAMES', 0)), time.monotonic())
+        progress.bar.close()
+        is_whole = wind.poll() == 0 and recorder.poll() == 0
+        # Whoever failed knows why; where nobody did, any node may.
+        for name in graph.failed() or ([] if is_whole else graph.processes):
+            print(f'--- {name} said:\n{graph.log(name)}', file=sys.stderr)
+        return is_whole, told
+
+
+def frames_of(path):
+    """Return the number of frames of a params file, or None where it is not a shot."""
+    wind = yaml.safe_load(path.read_text()).get('/**/wind', {})
+    return wind.get('ros__parameters', {}).get('frames')
+
+
+def shots():
+    """Return the names of the shots in config/."""
+    return sorted(path.stem for path in config_path('fastdds.xml').parent.glob('*.yaml')
+                  if frames_of(path))
+
+
+def film(shot, frames, out):
+    """Play the params file `shot`, make its pictures in `out`; return the exit status."""
+    shutil.rmtree(out / 'demo', ignore_errors=True)
+    for name in ('demo.gif', 'demo.png'):
+        (out / name).unlink(missing_ok=True)
+    print(f'playing {shot.name}: {frames} frames through wind, physics, renderer and recorder')
+    print('(the first time, compiling the kernels takes up to half a minute)')
+    try:
+        is_whole, told = play(shot, frames, out)
+    except NoDomain as error:
+        print(error, file=sys.stderr)
+        return 1
+    images = list(images_of(out / 'demo')) if is_whole else []
+    if len(images) != frames:
+        print('the shot did not reach its end', file=sys.stderr)
+        return 1
+    write_animation(images, out / 'demo.gif')
+    write_contact_sheet(images, out / 'demo.png')
+    seconds = float(told.get('X_FLAG_SIM_SECONDS', 0.0))
+    rate = f' at {frames / seconds:.0f} frames/s' if seconds else ''
+    print(f'{frames} frames{rate}. Made:\n'
+          f'  {out / "demo"}      the bag: images, camera_info, vertices, parameters\n'
+          f'  {out / "demo.gif"}  the shot at its own speed\n'
+          f'  {out / "demo.png"}  a contact sheet\n'
+          f'See it again, where ROS is installed: ros2 bag play {out / "demo"}')
+    return 0
+
+
+def main(args=None):
+    """Film a shot of config/; return the exit status."""
+    parser = argparse.ArgumentParser(prog='demo', description=__doc__)
+    parser.add_argument('--shot', default='gust',
+                        help='a params file in config/, without .yaml (gust)')
+    parser.add_argument('--out', type=given_path, default=Path('out'),
+                        help='folder of what is made (out)')
+    options = parser.parse_args(args)
+    try:
+        shot = config_path(f'{options.shot}.yaml')
+    except FileNotFoundError:
+        parser.error(f"no shot '{options.shot}' in config/; there are: {', '.join(shots())}")
+    frames = frames_of(shot)
+    if not frames:
+        parser.error(f'{shot} is not a shot: it has no number of frames for the wind')
+    return film(shot, frames, options.out)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

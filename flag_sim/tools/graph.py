@@ -1,0 +1,130 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Several nodes as processes of their own: started together, watched, and ended."""
+import contextlib
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+import time
+
+from flag_sim.ros.notices import Notices
+from flag_sim.tools.domains import claimed_domain
+
+GRACE = 10.0  # time that a node gets to end [s]
+LOOK_AGAIN = 0.1  # whether a node has ended instead of telling something [s]
+
+
+class NotReady(RuntimeError):
+    """A node has ended, or was too slow, before it was ready."""
+
+
+class Graph:
+    """
+    Nodes of this package, each a process, on this host alone and in a ROS domain of their own.
+
+    logs: folder for one log file a node. domain: that somebody has claimed; None claims one on
+    entering the `with` block. The processes are ended, by their ids, on leaving it.
+    """
+
+    def __init__(self, logs, domain=None):
+        self.logs = Path(logs)
+        self.logs.mkdir(parents=True, exist_ok=True)
+        self.domain = domain
+        self.processes = {}
+        self._notices = {}
+        self._cleanup = contextlib.ExitStack()
+
+    @property
+    def environment(self):
+        """Return the environment variables of the processes."""
+        return {**os.environ, 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
+                'ROS_DOMAIN_ID': str(self.domain)}
+
+    def start(self, node, *arguments, name=None):
+        """Start a node with `--ros-args` arguments; return its process, which is not ready yet."""
+        name = name or node
+        notices = self._notices[name] = Notices()
+        self._cleanup.callback(notices.close)
+        log = self._cleanup.enter_context(open(self.logs / f'{name}.log', 'w'))
+        command = [sys.executable, '-m', f'flag_sim.nodes.{node}', '--ros-args', *arguments]
+        self.processes[name] = subprocess.Popen(
+            command, stdout=log, stderr=subprocess.STDOUT,
+            env={**self.environment, 'NOTIFY_SOCKET': notices.address})
+        return self.processes[name]
+
+    def told(self, name):
+        """Return what a node has told of itself, {name: text} as in sd_notify(3); see notices."""
+        return self._notices[name].told()
+
+    def wait_ready(self, name, seconds=300.0):
+        """
+        Wait until a node is ready for frames; raise NotReady, with its log, if it is not in time.
+
+        Kernels that are compiled first take half a minute, more where the machine is busy.
+        """
+        end = time.monotonic() + seconds
+        while 'READY' not in self.told(name):
+            if self.processes[name].poll() is not None or time.monotonic() > end:
+                raise NotReady(f'{name} is not ready; it said:\n{self.log(name)}')
+            self._notices[name].wait(LOOK_AGAIN)
+
+    def log(self, name):
+        """Return what a node has said so far."""
+        return (self.logs / f'{name}.log').read_text()
+
+    def failed(self):
+        """Return the names of nodes that have ended with another status than 0."""
+        return [name for name, process in self.processes.items() if process.poll()]
+
+    def end(self, name):
+        """End a node as Ctrl-C would; return its exit status."""
+        self._interrupt(name)
+        return self._wait_for_end(name)
+
+    def _interrupt(self, name):
+        if self.processes[name].poll() is None:
+            self.processes[name].send_signal(signal.SIGINT)
+
+    def _wait_for_end(self, name):
+        process = self.processes[name]
+        try:
+            return process.wait(GRACE)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            return process.wait()
+
+    def wait(self, name, seconds):
+        """Wait for a node to end by itself; return its exit status, None if it did not."""
+        end = time.monotonic() + seconds
+        while self.processes[name].poll() is None and time.monotonic() < end:
+            time.sleep(0.01)
+        return self.processes[name].poll()
+
+    def __enter__(self):
+        """Return self, in a domain; raise NoDomain if there is none."""
+        if self.domain is None:
+            self.domain = self._cleanup.enter_context(claimed_domain())
+        return self
+
+    def __exit__(self, *_):
+        """End every process that is still running."""
+        # Once each, all at the same time: a second signal ends a node before it has closed.
+        for name in self.processes:
+            self._interrupt(name)
+        for name in self.processes:
+            self._wait_for_end(name)
+        self._cleanup.close()

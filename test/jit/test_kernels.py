@@ -1,0 +1,163 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Kernels are vectorised, kept from start to start, and never out of date."""
+import importlib
+import json
+import os
+from pathlib import Path
+import pkgutil
+import shutil
+import subprocess
+import sys
+
+import flag_sim
+from flag_sim.cloth.solvers import SOLVERS
+from numba.core.dispatcher import Dispatcher
+import pytest
+
+PACKAGE = Path(flag_sim.__file__).parent
+USE = ('import numpy as np; from flag_sim.cloth import normals; '
+       'print(normals.node_normals(np.random.default_rng(1).normal(size=(3, 3, 3)))[1, 1]); '
+       'print(sum(normals._normalise.stats.cache_hits.values()))')
+
+FLY = """
+from flag_sim.cloth import Cloth
+import gc, hashlib, json, sys
+from llvmlite.binding import Linkage
+from numba.core.dispatcher import Dispatcher
+flown, compiled, shared = {}, {}, []
+for solver in sys.argv[1:]:
+    cloth = Cloth(solver=solver, pole=(0.5, 0.05, 0.1))
+    digest = hashlib.sha256()
+    for _ in range(9):
+        cloth.advance(0.05, (6.0, 2.0, 0.5))
+        digest.update(cloth.positions.tobytes())
+    flown[solver] = digest.hexdigest()
+    compiled[solver] = sum(cloth._solver.take_steps.stats.cache_misses.values())
+for kernel in gc.get_objects():
+    if isinstance(kernel, Dispatcher) and kernel.__module__.startswith('flag_sim.'):
+        for code in kernel.overloads.values():
+            shared += [function.name for function in code.library.get_defined_functions()
+                       if function.linkage not in (Linkage.external, Linkage.internal)]
+print(json.dumps({'flown': flown, 'compiled': compiled, 'shared': shared}))
+"""
+
+
+@pytest.fixture
+def copy(tmp_path):
+    """Return a folder with a copy of the package, its sources only."""
+    shutil.copytree(PACKAGE, tmp_path / 'copy' / 'flag_sim',
+                    ignore=shutil.ignore_patterns('__pycache__', 'nodes', 'ros', 'tools'))
+    return tmp_path / 'copy'
+
+
+def use(copy, **environment):
+    """Run a kernel of the copy in a process of its own; return its result and its cache hits."""
+    done = subprocess.run([sys.executable, '-c', USE], cwd=copy, check=True, text=True,
+                          capture_output=True,
+                          env={**os.environ, 'PYTHONPATH': str(copy), **environment})
+    result, hits = done.stdout.strip().rsplit('\n', 1)
+    return result, int(hits)
+
+
+def test_the_second_start_compiles_nothing(copy):
+    """Machine code is kept beside the package."""
+    first, hits = use(copy)
+    assert hits == 0
+    assert use(copy) == (first, 1)
+
+
+def fly(folder, solvers):
+    """
+    Fly a flag by each method in turn, in a process that keeps its machine code in a folder.
+
+    Return the hash of each motion; the kernels that were compiled, by method; and functions that a
+    kernel shares with whatever else the process loads.
+    """
+    done = subprocess.run([sys.executable, '-c', FLY, *solvers], check=True, text=True,
+                          capture_output=True,
+                          env={**os.environ, 'NUMBA_CACHE_DIR': str(folder)})
+    return json.loads(done.stdout)
+
+
+def test_the_same_flight_whatever_was_compiled_or_loaded_before(tmp_path):
+    """
+    To the bit, by every method, in the order of the first process and the other way round.
+
+    In the second process some methods are loaded; some are compiled anew, from kernels that the
+    first has kept.
+    """
+    first = fly(tmp_path, SOLVERS)
+    assert all(first['compiled'].values())
+    anew = ['symplectic', 'xpbd']
+    for solver in anew:
+        for kept in tmp_path.rglob(f'{solver}._take_steps*'):
+            kept.unlink()
+    second = fly(tmp_path, list(reversed(SOLVERS)))
+    assert {solver for solver, compiled in second['compiled'].items() if compiled} == set(anew)
+    assert second['flown'] == first['flown']
+    assert len(set(first['flown'].values())) == len(SOLVERS)
+    # What lets the first assertions be true by more than luck, whatever the processor.
+    assert first['shared'] == []
+
+
+def test_every_kernel_keeps_to_itself():
+    """None is compiled past `kernel`, which sees to what the test above looks at."""
+    modules = [importlib.import_module(module.name) for module in pkgutil.walk_packages(
+        flag_sim.__path__, 'flag_sim.')
+        if not module.name.startswith(('flag_sim.nodes', 'flag_sim.ros', 'flag_sim.tools'))
+        and not module.name.endswith('__main__')]
+    kernels = {one for module in modules for one in vars(module).values()
+               if isinstance(one, Dispatcher)}
+    assert len(kernels) > 50
+    for one in kernels:
+        assert issubclass(one._compiler.pipeline_class, flag_sim.jit.kernels.KernelCompiler), one
+
+
+def test_an_edit_anywhere_compiles_anew(copy):
+    """A kernel that calls others in other files must not go on with their old code."""
+    use(copy)
+    with open(copy / 'flag_sim' / 'cloth' / 'springs.py', 'a') as file:
+        file.write('# edited\n')
+    assert use(copy)[1] == 0
+
+
+def test_a_class_that_is_gone_compiles_anew(copy):
+    """What an older version kept for a kernel's argument is not in the way of a newer one."""
+    code = ('from typing import NamedTuple\n'
+            'from flag_sim.jit.kernels import kernel\n'
+            'class {0}(NamedTuple):\n'
+            '    number: float\n'
+            '@kernel\n'
+            'def double(pair):\n'
+            '    return 2.0 * pair.number\n'
+            'print(double({0}(4.0)))\n')
+    for name in ('Before', 'After'):
+        (copy / 'flag_sim' / 'pair.py').write_text(code.format(name))
+        done = subprocess.run([sys.executable, '-c', 'import flag_sim.pair'], cwd=copy, text=True,
+                              capture_output=True, env={**os.environ, 'PYTHONPATH': str(copy)})
+        assert done.stdout == '8.0\n', done.stderr
+
+
+def test_code_is_kept_where_neither_package_nor_home_can_be_written(copy, tmp_path):
+    """Then a folder of this user's among the temporary ones is used."""
+    for folder in ('', 'cloth'):
+        (copy / 'flag_sim' / folder / '__pycache__').write_text('in the way of a folder')
+    places = {'HOME': '/proc/nowhere', 'TMPDIR': str(tmp_path / 'temporary')}
+    (tmp_path / 'temporary').mkdir()
+    first, hits = use(copy, **places)
+    assert hits == 0
+    assert list((tmp_path / 'temporary').rglob('*.nbi'))
+    assert use(copy, **places) == (first, 1)

@@ -1,0 +1,30 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The code keeps ROS's style."""
+from pathlib import Path
+
+import pytest
+
+main = pytest.importorskip('ament_flake8.main', reason='ament_flake8 is not installed')
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.mark.flake8
+@pytest.mark.linter
+def test_flake8(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    code, errors = main.main_with_errors(argv=['flag_sim', 'test', 'setup.py'])
+    assert code == 0, '\n'.join(errors)

@@ -1,0 +1,80 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""What save_to writes is the whole shot: the wind's keys, and what other nodes are set to."""
+from flag_sim.tools.graph import Graph
+from rcl_interfaces.msg import Parameter as ParameterMessage, ParameterEvent, ParameterValue
+from support.watch import eventually, Watcher
+import yaml
+
+
+def content_of(path, node):
+    """Return {name: value} of a params file's key; empty where it is not in it."""
+    sections = yaml.safe_load(path.read_text()) if path.exists() else {}
+    return sections.get(node, {}).get('ros__parameters', {})
+
+
+def test_a_shot_is_saved_whole_in_any_namespace(tmp_path, domain):
+    """What was set before, at the start, or without a key plays again; what is lacking is told."""
+    saved = tmp_path / 'shot.yaml'
+    with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
+        room = ('-r', '__ns:=/room')
+        lab = ('-r', '__ns:=/lab', '-r', 'parameters:=/room/parameters')
+        graph.start('physics', *room, '-p', 'damping:=0.2')
+        graph.start('physics', *lab, '-p', 'grid.rows:=5', name='other')
+        physics = watcher.parameters_of('/room/physics')
+        for name, value in (('stiffness', 60.0), ('air.law', 'linear'), ('gravity', 9.81)):
+            assert watcher.put(physics, name, value).successful
+        graph.start('wind', *room, '-p', 'paused:=true', '-p', 'autokey:=true', '-p',
+                    f'save_to:={saved}')
+        wind = watcher.parameters_of('/room/wind')
+        assert not saved.exists()  # nothing has changed yet
+        assert watcher.put(wind, 'speed', 9.0).successful
+        eventually(lambda: content_of(saved, '/lab/physics') == {'grid.rows': 5}, watcher)
+        before = {'damping': 0.2, 'stiffness': 60.0, 'air.law': 'linear'}
+        eventually(lambda: content_of(saved, '/room/physics') == before, watcher)
+        assert saved.read_text().startswith('# no renderer was found, so what was set on it')
+        assert watcher.put(physics, 'air.density', 1.0).successful  # becomes a key at 0
+        eventually(lambda: content_of(saved, '/**/wind').get(
+            'keys.physics.air.density.values') == [1.0], watcher)
+        assert watcher.put(wind, 'autokey', False).successful
+        assert watcher.put(physics, 'gravity', 1.5).successful      # becomes none
+        after = {**before, 'air.density': 1.0, 'gravity': 1.5}
+        eventually(lambda: content_of(saved, '/room/physics') == after, watcher)
+        assert content_of(saved, '/**/wind')['tracks'] == ['wind.speed', 'physics.air.density']
+        assert graph.end('physics') == 0
+        graph.start('physics', *room, '--params-file', str(saved), name='again')
+        physics = watcher.parameters_of('/room/physics')
+        eventually(lambda: watcher.get(physics, 'gravity') == 1.5, watcher)
+        assert {name: watcher.get(physics, name) for name in after} == after
+
+
+def test_values_that_no_companion_could_have_are_not_saved(tmp_path, domain):
+    """Anybody can publish an event in another's name."""
+    saved = tmp_path / 'shot.yaml'
+    with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
+        graph.start('wind', '-p', 'paused:=true', '-p', 'autokey:=true', '-p', f'save_to:={saved}')
+        wind = watcher.parameters_of('wind')
+        events = watcher.node.create_publisher(ParameterEvent, '/parameter_events', 10)
+
+        def publish(number):
+            events.publish(ParameterEvent(node='/physics', changed_parameters=[
+                ParameterMessage(name='stiffness', value=ParameterValue(
+                    type=3, double_value=number))]))
+            return 'no key is made: stiffness must be' in graph.log('wind')
+        eventually(lambda: publish(-5.0), watcher)
+        assert watcher.put(wind, 'speed', 9.0).successful
+        eventually(saved.exists, watcher)
+        assert content_of(saved, '/**/physics') == {}
+        assert 'no physics was found' in saved.read_text()

@@ -1,0 +1,170 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Dials: what is accepted, what is refused, and that all places agree on them."""
+import array
+import inspect
+import math
+import re
+
+from flag_sim.cloth import Cloth
+from flag_sim.cloth.material import Air, LAWS, Material
+from flag_sim.cloth.mesh import PRECISIONS
+from flag_sim.cloth.solvers import SOLVERS
+from flag_sim.cloth.stability import Stepping
+from flag_sim.declarations.catalogue import NODES
+from flag_sim.declarations.making import air_of, CLOTH, look_of, material_of, stepping_of
+from flag_sim.drawing.camera import Camera
+from flag_sim.drawing.shading import Light
+from flag_sim.drawing.shapes import Scene
+from flag_sim.drawing.style import Materials, SAMPLES, Style
+from flag_sim.parameters import checks
+from flag_sim.parameters.parameter import Dial
+from flag_sim.study.search import CHOSEN
+import pytest
+
+NUMBER = Dial('n', 1.0, 'a number', 'm', 0.0, 2.0)
+COLOR = Dial('c', [1.0, 2.0, 3.0], 'a colour', '', 0.0, 255.0, length=3)
+
+
+@pytest.mark.parametrize('dial, value, expected', [
+    (NUMBER, 2, 2.0),
+    (COLOR, [1, 2, 3.5], [1.0, 2.0, 3.5]),
+    (Dial('k', 3, 'count', '', 0, 9), 9, 9),
+    (Dial('b', False, 'switch'), True, True),
+    (Dial('w', 'a', 'word', choices=('a', 'b')), 'b', 'b'),
+    (Dial('s', 1, 'some', choices=(1, 4)), 4, 4),
+    (Dial('l', [], 'names', item=str), ['x', 'y'], ['x', 'y']),
+])
+def test_good_values_come_back_in_the_dials_type(dial, value, expected):
+    """A whole number is good for a number; everything else is kept."""
+    accepted = dial.accept(value)
+    assert accepted == expected
+    assert type(accepted) is type(dial.default)
+
+
+@pytest.mark.parametrize('dial, value', [
+    (NUMBER, 2.1), (NUMBER, -0.1), (NUMBER, float('nan')), (NUMBER, float('inf')),
+    (NUMBER, 'one'), (NUMBER, True), (NUMBER, None), (NUMBER, [1.0]),
+    (COLOR, [1.0, 2.0]), (COLOR, [1.0, 2.0, 256.0]), (COLOR, 'red'), (COLOR, 4),
+    (Dial('k', 3, 'count', '', 0, 9), 2.5), (Dial('k', 3, 'count', '', 0, 9), 10),
+    (Dial('s', 1, 'some', choices=(1, 4)), 2), (Dial('s', 1, 'some', choices=(1, 4)), True),
+    (Dial('s', 1, 'some', choices=(1, 4)), 4.0), (Dial('s', 1, 'some', choices=(1, 4)), '4'),
+    (Dial('b', False, 'switch'), 1), (Dial('w', 'a', 'word', choices=('a', 'b')), 'c'),
+    (NUMBER, array.array('d', [1.0])), (COLOR, array.array('d', [1.0])),
+    (Dial('l', [], 'names', item=str), [1]), (Dial('l', [], 'names', item=str), 'x'),
+])
+def test_bad_values_are_refused_with_the_rule_and_the_value(dial, value):
+    """The message holds the name, the rule and what was given."""
+    with pytest.raises(ValueError) as refusal:
+        dial.accept(value)
+    given = value.tolist() if isinstance(value, array.array) else value
+    for part in (dial.name, dial.rule, f'not {given!r}'):
+        assert part in str(refusal.value)
+
+
+def test_a_range_of_whole_numbers_is_told_in_whole_numbers():
+    """As `ros2 param describe` shows it, and a refusal: to the last one that is allowed."""
+    frames = next(dial for dial in NODES['wind'] if dial.name == 'frames')
+    assert frames.rule == 'a whole number from 0 to 2147483647 [frames]'
+
+
+def test_a_list_is_told_as_a_list():
+    """Of any length, in the plural; of a fixed one, with it."""
+    assert Dial('l', [], 'names', item=str).rule == 'a list of texts'
+    assert Dial('t', [], 'times', 's', 0.0, 9.0).rule == 'a list of numbers from 0 to 9 [s]'
+    assert COLOR.rule == 'a list of 3 values, each a number from 0 to 255'
+
+
+LIMITED = [dial for dials in NODES.values() for dial in dials if dial.low is not None]
+
+
+@pytest.mark.parametrize('dial', LIMITED, ids=lambda dial: dial.name)
+def test_a_limit_that_is_printed_is_accepted(dial):
+    """In the rule, in the descriptor or in docs, with however many digits; and is the limit."""
+    def accept(number):
+        values = dial.accept([number] * (dial.length or 1) if dial.is_list else number)
+        return values[0] if dial.is_list else values
+    printed = re.search(r'from (\S+) to (\S+)', dial.rule).groups()
+    for end, text, side in zip((dial.low, dial.high), printed, (-1, 1)):
+        kind = int if type(dial.default) is int else float
+        rounded = [] if kind is int else [f'{end:.{n}g}' for n in range(4, 17)]
+        for number in map(kind, [text, *rounded]):
+            assert dial.low <= accept(number) <= dial.high
+            assert accept(number) == pytest.approx(end, rel=1e-3)
+        with pytest.raises(ValueError, match='must be'):
+            accept(end + side * (1 if kind is int else 1e-3 * (abs(end) or 1.0)))
+
+
+def test_the_library_accepts_the_limits_that_it_prints():
+    """And prints a value that it refuses so that it is seen to be beyond."""
+    for limit in (math.pi, math.pi / 2.0, 2.0 * math.pi, 1.0 / 3.0):
+        for printed in (f'{limit:g}', f'{limit:.4g}'):
+            assert checks.finite('angle', float(printed), -limit, limit) <= limit
+        with pytest.raises(ValueError, match='between -1 and 1, not 1.0000001'):
+            checks.finite('share', 1.0000001, -1.0, 1.0)
+    with pytest.raises(ValueError, match='at least 0, not -1e-09'):
+        checks.finite('share', -1e-9, 0.0)
+
+
+@pytest.mark.parametrize('limit, said', [(0.0123456, '0.0123'), (1.0 / 1500.0, '0.000666'),
+                                         (0.25, '0.25'), (math.inf, 'inf')])
+def test_a_limit_that_is_rounded_is_rounded_to_its_safe_side(limit, said):
+    """What is told to be stable is."""
+    assert checks.rounded_down(limit) == said and float(said) <= limit
+
+
+def test_there_is_no_minus_zero_and_no_number_is_too_large_to_be_refused():
+    """What has a sign must have a size."""
+    assert math.copysign(1.0, NUMBER.accept(-0.0)) == 1.0
+    for dial in (NUMBER, Dial('k', 3, 'count', '', 0, 9)):
+        with pytest.raises(ValueError, match='must be a'):
+            dial.accept(10 ** 400)
+
+
+@pytest.mark.parametrize('node', NODES)
+def test_defaults_obey_their_own_rules(node):
+    """Every default is a legal value, and no name stands twice."""
+    names = [dial.name for dial in NODES[node]]
+    assert len(set(names)) == len(names)
+    for dial in NODES[node]:
+        assert dial.accept(dial.default) == dial.default
+
+
+def test_every_solver_law_precision_and_number_of_samples_can_be_chosen():
+    """The choices of the node are those of the library."""
+    physics = {dial.name: dial for dial in NODES['physics']}
+    assert set(physics['solver'].choices) == set(SOLVERS)
+    assert set(physics['air.law'].choices) == set(LAWS)
+    assert physics['precision'].choices == PRECISIONS
+    renderer = {dial.name: dial for dial in NODES['renderer']}
+    assert renderer['samples'].choices == SAMPLES
+
+
+def test_defaults_are_those_of_the_library():
+    """The nodes and the classes below them start from the same values."""
+    physics = {dial.name: dial.default for dial in NODES['physics']}
+    assert material_of(physics) == Material()
+    assert air_of(physics) == Air()
+    assert stepping_of(physics) == Stepping()
+    cloth = inspect.signature(Cloth).parameters
+    for dial, argument in CLOTH.items():
+        assert cloth[argument].default == physics[dial], dial
+    renderer = {dial.name: dial.default for dial in NODES['renderer']}
+    assert look_of(renderer) == (Camera(), Light(), Materials(), Scene(), Style())
+
+
+def test_what_tune_chooses_can_be_set():
+    """Every dial in a tuned file is one of the nodes'."""
+    assert set(CHOSEN) - {'rate'} <= {dial.name for dial in NODES['physics']}

@@ -1,0 +1,79 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Params files: shipped ones count in any namespace, and one that means nobody is told of."""
+from flag_sim.ros.config import config_path
+from flag_sim.ros.given_files import given_files, is_meant, keys_of
+from flag_sim.tools.graph import Graph
+import pytest
+import rclpy
+from rclpy.context import Context
+from rclpy.node import Node
+from support.watch import Watcher
+import yaml
+
+KEYS = ('/wind', 'wind', '/**', '/**/wind', '/*/wind', '/cam1/wind', '/cam1/*', '/**/cam1/wind',
+        '/cam1/**', '/winds', '/**/win', '/a/b/wind', '/a/**/wind')
+
+
+@pytest.mark.parametrize('namespace', ['', '/cam1', '/a/b'])
+def test_a_key_is_meant_for_a_node_as_rclpy_has_it(tmp_path, domain, namespace):
+    """With wildcards for namespaces, and without."""
+    path = tmp_path / 'given.yaml'
+    path.write_text(yaml.safe_dump({key: {'ros__parameters': {f'p{n}': True}}
+                                    for n, key in enumerate(KEYS)}))
+    context = Context()
+    rclpy.init(context=context, domain_id=domain, args=[
+        'x', '--ros-args', '--params-file', str(path), '-r', f'__ns:={namespace or "/"}'])
+    node = Node('wind', context=context)
+    taken = {KEYS[int(name[1:])] for name in node._parameter_overrides}
+    assert {key for key in KEYS if is_meant(key, node.get_fully_qualified_name())} == taken
+    node.destroy_node()
+    rclpy.shutdown(context=context)
+
+
+def test_keys_may_be_nested():
+    """As namespaces that hold nodes; and a file may hold nothing."""
+    assert keys_of(yaml.safe_load('/cam1: {wind: {ros__parameters: {}}, b: {c: {}}}')) == [
+        '/cam1/wind']
+    assert keys_of(None) == []
+    assert given_files(['x', '--ros-args', '--params-file', 'a', '-r', 'b:=c', '--params-file',
+                        'd']) == ['a', 'd']
+
+
+def test_a_shot_counts_in_a_namespace(tmp_path, domain):
+    """A second flag in a graph plays it, without a word."""
+    with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
+        graph.start('wind', '-r', '__ns:=/cam1', '--params-file', str(config_path('gust.yaml')))
+        wind = watcher.parameters_of('/cam1/wind')
+        assert watcher.get(wind, 'frames') == 180
+        assert list(watcher.get(wind, 'tracks')) == ['wind.speed', 'wind.azimuth']
+        assert 'meant' not in graph.log('wind')
+
+
+def test_a_file_in_which_nothing_is_meant_for_a_node_is_told_of(tmp_path, domain):
+    """As a warning, with what helps, where it has the node's name in another namespace."""
+    mine = tmp_path / 'mine.yaml'
+    mine.write_text('/wind: {ros__parameters: {speed: 9.0}}')
+    with Graph(tmp_path / 'log', domain) as graph:
+        for node in ('wind', 'recorder'):
+            graph.start(node, '-r', '__ns:=/cam1', '--params-file', str(mine), '-p',
+                        f'path:={tmp_path / "bag"}')
+            graph.wait_ready(node)
+            graph.end(node)
+        warning, information = graph.log('wind'), graph.log('recorder')
+    text = f'nothing in {mine} is meant for /cam1/%s; it has parameters for /wind'
+    assert f'{text % "wind"}: all of it is ignored. /**/wind instead of /wind counts' in warning
+    assert '[WARN]' in warning
+    assert text % 'recorder' in information and 'ignored' not in information

@@ -1,0 +1,91 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The profile that the nodes bring to Fast DDS, and that any choice of the user's wins over it."""
+import os
+import subprocess
+import sys
+
+from flag_sim.ros.config import config_path
+from flag_sim.ros.lifecycle import bring_profile
+import pytest
+
+OURS = str(config_path('fastdds.xml'))
+CHOICES = {
+    'FASTDDS_DEFAULT_PROFILES_FILE': 'mine.xml', 'FASTRTPS_DEFAULT_PROFILES_FILE': 'mine.xml',
+    'FASTDDS_BUILTIN_TRANSPORTS': 'UDPv4', 'FASTDDS_ENVIRONMENT_FILE': 'mine.json',
+    'ROS2_EASY_MODE': '127.0.0.1', 'RMW_FASTRTPS_USE_QOS_FROM_XML': '1',
+    'RMW_IMPLEMENTATION': 'rmw_cyclonedds_cpp'}
+
+
+@pytest.fixture(autouse=True)
+def nothing_is_chosen(monkeypatch, tmp_path):
+    """Take every choice away, as in a new shell."""
+    monkeypatch.chdir(tmp_path)
+    for name in CHOICES:
+        monkeypatch.delenv(name, raising=False)
+
+
+def brought():
+    """Return what bring_profile sets the variable of Fast DDS to, or leaves it at."""
+    bring_profile()
+    return os.environ.get('FASTDDS_DEFAULT_PROFILES_FILE')
+
+
+@pytest.mark.parametrize('name, value', [
+    ('X', ''), *((name, '') for name in CHOICES), ('RMW_FASTRTPS_USE_QOS_FROM_XML', '0'),
+    ('RMW_IMPLEMENTATION', 'rmw_fastrtps_cpp'), ('ROS_DISCOVERY_SERVER', '127.0.0.1:11811'),
+    ('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')])
+def test_it_is_brought_where_nothing_is_chosen(monkeypatch, name, value):
+    """Neither an empty variable nor a place to discover nodes at is a choice of transports."""
+    monkeypatch.setenv(name, value)
+    monkeypatch.setenv('FASTDDS_DEFAULT_PROFILES_FILE', '')  # so that it is restored
+    assert brought() == OURS
+
+
+@pytest.mark.parametrize('name', CHOICES)
+def test_a_variable_of_the_users_wins(monkeypatch, name):
+    """Whichever it is."""
+    monkeypatch.setenv(name, CHOICES[name])
+    assert brought() == (CHOICES[name] if name == 'FASTDDS_DEFAULT_PROFILES_FILE' else None)
+
+
+@pytest.mark.parametrize('name', ['DEFAULT_FASTDDS_PROFILES.xml', 'DEFAULT_FASTRTPS_PROFILES.xml'])
+def test_a_profile_in_the_working_directory_wins(tmp_path, name):
+    """Fast DDS 3 reads the one, Fast DDS 2 the other."""
+    (tmp_path / name).touch()
+    assert brought() is None
+
+
+LARGEST_SEGMENT = """
+from flag_sim.ros.lifecycle import bring_profile
+import os, re
+import rclpy
+bring_profile()
+with rclpy.init():
+    node = rclpy.create_node('n')
+    print(max(int(end, 16) - int(begin, 16) for begin, end in re.findall(
+        '(?m)^(\\w+)-(\\w+) .*/dev/shm/fastdds_', open('/proc/self/maps').read())))
+"""
+
+
+@pytest.mark.parametrize('environment, is_ours', [
+    ({}, True), ({'ROS_DISCOVERY_SERVER': '127.0.0.1:11811'}, True),
+    ({'FASTDDS_BUILTIN_TRANSPORTS': 'DEFAULT'}, False)])
+def test_what_is_chosen_is_what_fast_dds_does(domain, environment, is_ours):
+    """Its shared memory holds many pictures with our profile, else the stock half megabyte."""
+    done = subprocess.run(
+        [sys.executable, '-c', LARGEST_SEGMENT], check=True, capture_output=True, text=True,
+        env={**os.environ, 'ROS_DOMAIN_ID': str(domain), **environment})
+    assert (int(done.stdout) > 20_000_000) == is_ours, done.stdout

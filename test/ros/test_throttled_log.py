@@ -1,0 +1,204 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""What a user reads whose flag stands still: each node names what it waits for, none guesses."""
+import re
+import signal
+import time
+
+from flag_sim.cloth import normals
+from flag_sim.jit.kernels import kernel
+from flag_sim.nodes import renderer as renderer_module
+from flag_sim.nodes.renderer import Renderer
+from flag_sim.protocol.frames import FrameOrder, Tag
+from flag_sim.ros import messages, throttled_log
+from flag_sim.ros.compiling import compiling
+from flag_sim.ros.throttled_log import Refusals, Waiting
+from flag_sim.ros.topics import publish
+from flag_sim.tools.graph import Graph
+import numba
+import numpy as np
+import pytest
+import rclpy
+from support.flags import wave
+from support.shot import SMALL
+from support.watch import eventually, Watcher
+
+
+def test_a_reason_is_told_at_once_and_again_now_and_then():
+    """Reasons that differ in numbers alone are one; a sender cannot fill the log with others."""
+    refusals = Refusals()
+    said = [refusals.is_worth_saying(reason, now) for reason, now in (
+        ('wind is 1.5', 0.0), ('wind is 2.5', 1.0), ('no field x', 1.0), ('wind is 3', 5.5))]
+    assert said == [True, False, True, True]
+    others = [refusals.is_worth_saying('abcdefghijklmnop'[:n], 6.0) for n in range(1, 17)]
+    assert sum(others) == throttled_log.MOST_KINDS - 1  # that of the wind counts still
+
+
+def spin(watcher, seconds):
+    """Spin for a while."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        watcher.spin(0.01)
+
+
+@pytest.fixture
+def soon(monkeypatch):
+    """Let patience end soon."""
+    monkeypatch.setattr(throttled_log, 'LOOK_AGAIN', 0.02)
+    monkeypatch.setattr(throttled_log, 'PATIENCE', 0.3)
+
+
+def test_a_wait_is_told_once_and_so_is_its_end(domain, capfd, soon):
+    """A wait in which frames are served is none; nothing is said of a short one."""
+    missing, served = ['vertices'], [0]
+    with Watcher(domain) as watcher:
+        Waiting(watcher.node, lambda: missing[0], lambda: served[0])
+        for _ in range(6):
+            spin(watcher, 0.1)
+            served[0] += 1
+        assert 'waiting' not in capfd.readouterr().err
+        spin(watcher, 1.0)
+        said = capfd.readouterr().err
+        assert said.count('waiting for') == 1
+        assert re.search(r'waiting for 0\.\d s for vertices', said)
+        served[0] += 1
+        spin(watcher, 0.1)
+        assert re.search(r'frames are served again, after \d\.\d s', capfd.readouterr().err)
+        spin(watcher, 1.0)
+        assert capfd.readouterr().err.count('waiting for') == 1  # another one
+        missing[0] = ''
+        spin(watcher, 0.5)
+        assert capfd.readouterr().err.count('nothing is waited for now') == 1
+
+
+def test_what_is_compiled_is_named_when_it_takes_long(domain, capfd, monkeypatch, tmp_path):
+    """And when it is ready; what is only loaded is not called compiled, what is quick nothing."""
+    monkeypatch.setattr(numba.config, 'CACHE_DIR', str(tmp_path))
+    with Watcher(domain) as watcher:
+        for doing, done in (('compiling', 'compiled'), ('loading', 'loaded')):
+            with compiling(watcher.node, 'the sails', seconds=0.1):
+                kernel(normals._normalise.py_func)(np.zeros((2, 2, 3)))
+                time.sleep(0.3)
+            said = capfd.readouterr().err
+            assert f'{doing} the sails: frames wait for it' in said
+            assert re.search(rf'{done} the sails in \d+\.\d s', said)
+            assert ('compil' in said) == (doing == 'compiling')
+        with compiling(watcher.node, 'the sails', seconds=0.1):
+            pass
+        time.sleep(0.2)
+        assert 'sails' not in capfd.readouterr().err
+
+
+@pytest.mark.parametrize('pace', ['lockstep', 'realtime'])
+def test_from_the_wind_on_each_log_names_the_next_node(tmp_path, domain, pace):
+    """No physics, then one that stands still, as while it compiles: wind, renderer, physics."""
+    with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
+        done = watcher.listen('frame_done')
+        graph.start('renderer', *SMALL)
+        graph.start('wind', '-p', f'pace:={pace}')
+        eventually(lambda: 'nobody publishes them, is physics running?' in graph.log('renderer'),
+                   watcher)
+        physics = graph.start('physics')
+        eventually(lambda: len(done) > 20, watcher)
+        eventually(lambda: 'frames are served again' in graph.log('renderer'), watcher, 2.0)
+        physics.send_signal(signal.SIGSTOP)
+        try:
+            eventually(lambda: 'physics has not sent them, its log says why'
+                       in graph.log('renderer'), watcher, 5.0)
+            eventually(lambda: 'renderer (its log says why)' in graph.log('wind'), watcher, 12.0)
+            stood = graph.log('wind')
+        finally:
+            physics.send_signal(signal.SIGCONT)
+        heard = len(done)
+        eventually(lambda: len(done) > heard + 20, watcher)
+        eventually(lambda: graph.log('renderer').count('frames are served again') == 2, watcher,
+                   2.0)
+        # One thing stood still: one frame is complained of, and not the other two of the window.
+        # (A process that goes on may have lost a message: then one more, when it was missed.)
+        complaint = r'the frame at (\S+) s is not done: waiting for renderer \(its'
+        complained = [set(re.findall(complaint, log)) for log in (stood, graph.log('wind'))]
+        assert len(complained[0]) <= 2  # before physics was there, and while it stood
+        assert len(complained[1]) <= 3
+        assert 'no such node' not in graph.log('wind').partition('is done')[2]
+
+
+def test_a_recorder_says_which_topic_a_frame_lacks(tmp_path, domain):
+    """In lockstep everybody waits for it: here nobody draws."""
+    with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
+        graph.start('recorder', '-p', f'path:={tmp_path / "bag"}')
+        graph.start('wind', '-p', 'pace:=lockstep', '-p', 'wait_for:=[recorder]')
+        eventually(lambda: 'for camera/image_raw of the frame at 0.000 s: nobody publishes it'
+                   in graph.log('recorder'), watcher)
+        eventually(lambda: 'waiting for recorder (its log says why)' in graph.log('wind'), watcher)
+        assert graph.end('recorder') == 0
+
+
+def test_vertices_that_are_not_drawn_say_why(tmp_path, domain):
+    """Played beside a wind, they wait for its parameters; once it is gone, they are drawn."""
+    with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
+        done, out = watcher.listen('frame_done'), watcher.publisher('vertices')
+        stamps = iter(range(10**7, 10**12, 10**7))
+
+        def send():
+            out.publish(messages.cloud_message(next(stamps), wave(5, 7), wave(5, 7)))
+        graph.start('wind', '-p', 'paused:=true')
+        graph.start('renderer', *SMALL)
+        eventually(lambda: send() or 'wind publishes parameters, but not of this frame; end it'
+                   in graph.log('renderer'), watcher)
+        assert re.search(r'waiting for [23]\.\d s for parameters of the frame at',
+                         graph.log('renderer'))
+        assert graph.log('renderer').count('waiting for') == 2  # and vertices at the start
+        assert not done
+        graph.end('wind')
+        eventually(lambda: send() or done, watcher)
+        eventually(lambda: send() or 'frames are served again' in graph.log('renderer'), watcher,
+                   3.0)
+
+
+def test_two_publishers_of_vertices_are_told_once(domain, capfd, monkeypatch):
+    """As where physics was started twice: each cloth has a history of its own."""
+    monkeypatch.setattr(renderer_module, 'LOOK_AGAIN', 0.05)
+    with rclpy.init(domain_id=domain):
+        renderer = Renderer()
+        physics = [rclpy.create_node(name) for name in ('physics', 'other')]
+
+        def spin_until(is_done):
+            end = time.monotonic() + 10.0
+            while not is_done() and time.monotonic() < end:
+                rclpy.spin_once(renderer, timeout_sec=0.05)
+        publish(physics[0], 'vertices')
+        spin_until(lambda: renderer.count_publishers('vertices') == 1)
+        for _ in range(10):
+            rclpy.spin_once(renderer, timeout_sec=0.05)
+        assert 'publishers of vertices' not in capfd.readouterr().err
+        publish(physics[1], 'vertices')
+        heard = []
+        spin_until(lambda: heard.append(capfd.readouterr().err) or 'publishers' in heard[-1])
+        assert '2 publishers of vertices (other, physics)' in heard[-1]
+        for _ in range(10):
+            rclpy.spin_once(renderer, timeout_sec=0.05)
+        assert 'publishers of vertices' not in capfd.readouterr().err
+        for node in (renderer, *physics):
+            node.destroy_node()
+
+
+def test_frames_without_vertices_are_not_kept_for_ever(domain):
+    """A renderer that nobody sends vertices holds no more than the order of frames does."""
+    with rclpy.init(domain_id=domain):
+        renderer = Renderer()
+        for index in range(500):
+            renderer.take_frame(Tag(index * 10**7, 1, index, index), None, {}, b'')
+        assert len(renderer._inputs) <= FrameOrder.LONGEST_QUEUE
+        renderer.destroy_node()

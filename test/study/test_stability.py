@@ -1,0 +1,185 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Measured limits against eigenvalues and bounds, outcomes of known cases, maps that resume."""
+import math
+
+from flag_sim.cloth import Air, Cloth, Material
+from flag_sim.cloth.forces import Forcing
+from flag_sim.cloth.model import Model
+from flag_sim.declarations.catalogue import NODES
+from flag_sim.study import plots, runner
+from flag_sim.study.measures import settings, stability_trial as trial
+from flag_sim.study.runner import Store
+from flag_sim.study.sections import limits, stability, stability_maps as maps
+import numpy as np
+import pytest
+from support.budgets import FewRows
+from support.forces import jacobian, largest_eigenvalue
+
+PROMISING = ('symplectic', 'verlet', 'rk4')
+"""Methods whose bound is a promise."""
+
+
+@pytest.fixture(scope='module')
+def omega():
+    """Return the greatest frequency [rad/s] of the undamped trial at rest, an eigenvalue."""
+    model = Model(trial.MESH, limits.MATERIALS['undamped'])
+    rest = trial.MESH.rest((0.0, 0.0, 0.0))
+    matrix = jacobian(model, rest, np.zeros_like(rest), 'positions')
+    return math.sqrt(largest_eigenvalue(model, matrix, trial.MESH.grid(trial.MESH.free)))
+
+
+@pytest.mark.parametrize('solver, reach', [('symplectic', 2.0), ('verlet', 2.0), ('seed', 2.0),
+                                           ('rk4', math.sqrt(8.0))])
+def test_the_measured_limit_is_that_of_theory(solver, reach, omega):
+    """
+    Of an undamped mode: where the stability regions end on the imaginary axis.
+
+    The bisection is exact to 0.5 %; half a percent beyond its limit the slowest to grow, rk4,
+    does so by 3 % a step, far more than it needs in 500 steps.
+    """
+    _, limit = limits.measured(solver, limits.MATERIALS['undamped'],
+                               'springs alone, first growth')
+    assert limit * omega == pytest.approx(reach, rel=0.01)
+
+
+@pytest.mark.parametrize('solver', PROMISING)
+@pytest.mark.parametrize('material', limits.MATERIALS)
+def test_no_measured_limit_is_below_the_bound(solver, material):
+    """In still air and in wind; the bound gives away at most a factor of 2.4."""
+    for forcing in ('springs alone, first growth', 'wind 40 m/s'):
+        bound, limit = limits.measured(solver, limits.MATERIALS[material], forcing)
+        assert bound <= limit <= 2.4 * bound
+
+
+def test_a_method_without_a_limit_has_none_and_one_without_a_promise_breaks_it():
+    """Among them implicit, unbounded by any step, and euler, by nature unstable when undamped."""
+    undamped = limits.MATERIALS['undamped']
+    assert limits.measured('implicit', undamped, 'wind 6 m/s') == (math.inf, math.inf)
+    bound, limit = limits.measured('euler', undamped, 'springs alone')
+    assert limit < 0.5 * bound
+    bound, limit = limits.measured('seed', undamped, 'wind 40 m/s')
+    assert limit < bound
+
+
+@pytest.mark.parametrize('solver', PROMISING)
+def test_a_raw_method_is_stable_below_its_bound_and_diverges_far_above(solver):
+    """The factor 2.4 is the one of the test above."""
+    wind = Forcing(trial.blowing(6.0))
+    bound = trial.largest_step(solver, Material(), Air())
+    assert trial.raw(solver, Material(), wind, bound) == trial.STABLE
+    assert trial.raw(solver, Material(), wind, 2.4 * bound) == trial.DIVERGING
+
+
+def test_a_raw_fall_is_no_divergence():
+    """Kilometres in free fall are honest: nothing but gravity acts on cloth without springs."""
+    fall = Forcing((0.0, 0.0, 0.0))
+    limp = trial.sheet(0.0)
+    assert trial.raw('symplectic', limp, fall, 10.0) == trial.STABLE
+    assert trial.raw('symplectic', limp, fall, 10.0, far=1e5) == trial.DIVERGING
+
+
+@pytest.mark.parametrize('solver, material, speed, dt, outcome', [
+    ('symplectic', Material(), 6.0, 1.0 / 30.0, trial.STABLE),
+    ('symplectic', trial.sheet(1e9), 6.0, 1.0, trial.SOFTENED),
+    ('symplectic', trial.sheet(1e3, damping=1e6), 6.0, 0.1, trial.SOFTENED),
+    ('symplectic', trial.sheet(0.0), 50.0, 0.1, trial.REACH),
+    ('xpbd', trial.sheet(1e9), 6.0, 1.0, trial.SOFTENED),
+    ('implicit', trial.sheet(1e9), 6.0, 1.0, trial.STABLE),
+    ('seed', trial.sheet(1e9, 1e-6), 200.0, 1.0, trial.HELD)])
+def test_outcomes_of_known_cases(solver, material, speed, dt, outcome):
+    """Cases whose end is known without a map."""
+    assert trial.through_cloth(solver, material, trial.blowing(speed), dt) == outcome
+
+
+def test_the_maps_go_to_the_ends_of_the_parameters():
+    """As the nodes declare their ranges."""
+    dials = {dial.name: dial for dials in NODES.values() for dial in dials}
+
+    def span(name):
+        return dials[name].low, dials[name].high
+
+    assert (0.0, stability.STIFFNESS.high) == span('stiffness')
+    assert (0.0, stability.SPEED.high) == span('speed')
+    assert (0.0, stability.DAMPING.high) == span('damping')
+    assert (1.0 / stability.FRAME_TIME.high, 1.0 / stability.FRAME_TIME.low) == span('rate')
+    assert settings.MAX_GAP == dials['max_gap'].default
+    limpest, stiffest = (stability.light_and_stiff(end) for end in (
+        stability.RATIO.low, stability.RATIO.high))
+    assert (stiffest.area_density, limpest.area_density) == pytest.approx(span('area_density'))
+    assert stiffest.stiffness == pytest.approx(dials['stiffness'].high)
+    middle = stability.light_and_stiff(5000.0)
+    assert (middle.stiffness, middle.area_density) == pytest.approx((1000.0, 0.2))
+    for axis in (stability.RATIO, stability.STIFFNESS, stability.DAMPING, stability.SPEED):
+        assert axis.values(0)[0] == 0.0 and axis.values(0)[-1] == pytest.approx(axis.high)
+
+
+def test_a_cloth_by_default_hangs_as_the_parameters_hang_it():
+    """Cloth may not know of poles, so that its size and place are written twice: here held."""
+    cloth = Cloth()
+    assert cloth.hoist_top == pytest.approx(trial.HOIST_TOP)
+    assert (cloth.mesh.length, cloth.mesh.width) == pytest.approx(
+        (trial.LENGTH, trial.WIDTH))
+
+
+@pytest.mark.parametrize('chart', [one for one in stability.MAPS if one.is_raw],
+                         ids=lambda chart: chart.name)
+def test_the_promise_holds_all_over_a_map(chart):
+    """Every place of a coarse map where theory promises stability is stable."""
+    kept = [(x, y) for x in chart.x.values(0) for y in chart.y.values(0)
+            if chart.bound('verlet', x, y) >= 1.0]
+    assert len(kept) > 15
+    outcomes = {chart.outcome('verlet', *place) for place in kept}
+    assert outcomes == {trial.STABLE}
+
+
+def test_an_interrupted_map_goes_on_where_it_was(tmp_path):
+    """With the same rows as without interruption, and a map is drawn once it is whole."""
+    whole, parts = Store(tmp_path / 'whole', {}), Store(tmp_path / 'parts', {})
+    runner.measure(stability, whole, FewRows(7))
+    runner.measure(stability, parts, FewRows(3))
+    assert stability.finest(parts.rows(stability.NAME)) == {}
+    parts = Store(tmp_path / 'parts', {})
+    runner.measure(stability, parts, FewRows(4))
+    rows = parts.rows(stability.NAME)
+    assert rows == whole.rows(stability.NAME)
+    assert list(stability.finest(rows)) == [('steps', 'symplectic')]
+    assert '0 of' in stability.text(rows).splitlines()[-1]
+    if plots.can_draw():
+        assert [(tmp_path / name).read_bytes()[:4] for name, _ in
+                stability.plots(rows, tmp_path)] == [b'\x89PNG']
+
+
+def test_the_finest_whole_level_is_shown():
+    """A level that is not finished is not mixed with the one before it."""
+    axis = stability.BY_NAME['steps'].y
+    rows = [{'map': 'steps', 'solver': 'rk4', 'level': level, 'y': y, 'cells': 's'}
+            for level in (0, 1) for y in axis.values(level)]
+    assert {row['level'] for row in stability.finest(rows)['steps', 'rk4']} == {1}
+    assert {row['level'] for row in stability.finest(rows[:-1])['steps', 'rk4']} == {0}
+
+
+def test_limits_have_a_table(tmp_path):
+    """One material of one method: a line for each forcing, a dash for what is not measured."""
+    store = Store(tmp_path, {})
+    runner.measure(limits, store, FewRows(len(limits.FORCINGS)))
+    text = limits.text(store.rows(limits.NAME))
+    assert '| undamped | springs alone, first growth | 1.14 | – |' in text
+
+
+def test_letters_tell_the_outcomes_apart():
+    """Each outcome has its letter, its colour and its words."""
+    assert len(set(maps.LETTERS.values())) == len(trial.OUTCOMES) == len(maps.COLORS)
+    assert set(maps.LETTERS) == set(trial.OUTCOMES) == set(maps.COLORS)
