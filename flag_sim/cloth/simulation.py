@@ -21,14 +21,16 @@ from flag_sim.cloth.constraints import constrain
 from flag_sim.cloth.divergence import advice, broken_bound, Diverged
 from flag_sim.cloth.forces import Forcing, NO_POLE
 from flag_sim.cloth.material import Air, Material
-from flag_sim.cloth.mesh import Mesh, PRECISIONS
+from flag_sim.cloth.mesh import Grid, Mesh
 from flag_sim.cloth.model import Model
 from flag_sim.cloth.normals import node_normals
+from flag_sim.cloth.options import Options
 from flag_sim.cloth.resampling import carry_over
 from flag_sim.cloth.solvers import SOLVERS
-from flag_sim.cloth.stability import damping_bound, plan, SHORTEST_STEP, Stepping
+from flag_sim.cloth.stability import damping_bound, plan, SHORTEST_STEP
 from flag_sim.cloth.start import bump
 from flag_sim.cloth.state import State
+from flag_sim.cloth.stepping import Stepping
 from flag_sim.parallel.thread_pool import Crew
 from flag_sim.parameters import checks
 from flag_sim.parameters.closed import closed
@@ -40,10 +42,6 @@ MAX_WIND = 1e4
 """Greatest wind along an axis [m/s]: the strongest gusts in a wind of 200 m/s, and to spare."""
 MAX_FRAME = 3600.0
 """Longest frame [s]."""
-MAX_NOISE = 0.1
-"""Greatest bump that a flat cloth starts with [m]."""
-MAX_THREADS = 64
-"""Beyond, their bands of an ordinary grid are shorter than a row."""
 
 
 @closed
@@ -71,10 +69,12 @@ class Cloth:
     finite.
     """
 
-    def __init__(self, rows=21, columns=31, length=2.25, width=1.5, hoist_top=(0.05, 0.0, 8.9), *,
-                 pinned=True, material=None, air=None, gravity=9.81, stepping=None,
-                 solver='symplectic', stretch_limit=1.0, pole=None,
-                 precision='float64', start_noise=1e-4, start_seed=0, threads=1):
+    def __init__(self, rows=Grid.rows, columns=Grid.columns, length=2.25, width=1.5,
+                 hoist_top=(0.05, 0.0, 8.9), *, pinned=True, material=None, air=None,
+                 gravity=Options.gravity, stepping=None, solver=Options.solver,
+                 stretch_limit=Options.stretch_limit, pole=None, precision=Grid.precision,
+                 start_noise=Options.start_noise, start_seed=Options.start_seed,
+                 threads=Options.threads):
         hoist_top = checks.vector('hoist_top', hoist_top, MAX_HOIST)
         self._material = checks.instance('material', _or_default(material, Material), Material)
         self.air = _or_default(air, Air)
@@ -84,8 +84,8 @@ class Cloth:
         self.start_noise = start_noise
         self.start_seed = start_seed
         self._held = 0
-        self._crew = Crew(checks.whole('threads', threads, 0, MAX_THREADS))
-        self._solver_name = checks.choice('solver', solver, SOLVERS)
+        self._crew = Crew(Options.accepted('threads', threads))
+        self._solver_name = Options.accepted('solver', solver)
         self._put_on(Mesh(rows, columns, length, width, pinned, precision), hoist_top)
         self.pole = pole
         self.reset()
@@ -143,7 +143,7 @@ class Cloth:
 
     @gravity.setter
     def gravity(self, gravity):
-        self._gravity = checks.finite('gravity', gravity, -1e4, 1e4)
+        self._gravity = Options.accepted('gravity', gravity)
 
     @property
     def stretch_limit(self):
@@ -152,7 +152,7 @@ class Cloth:
 
     @stretch_limit.setter
     def stretch_limit(self, limit):
-        limit = checks.finite('stretch_limit', limit, 0.0, 1e6)
+        limit = Options.accepted('stretch_limit', limit)
         if limit != self._stretch_limit:
             self._stretch_limit = limit
             self._hold()
@@ -164,7 +164,7 @@ class Cloth:
 
     @start_noise.setter
     def start_noise(self, size):
-        self._start_noise = checks.finite('start_noise', size, 0.0, MAX_NOISE)
+        self._start_noise = Options.accepted('start_noise', size)
 
     @property
     def start_seed(self):
@@ -173,7 +173,7 @@ class Cloth:
 
     @start_seed.setter
     def start_seed(self, seed):
-        self._start_seed = checks.whole('start_seed', seed, 0, 2**31 - 1)
+        self._start_seed = Options.accepted('start_seed', seed)
 
     @property
     def held(self):
@@ -201,7 +201,7 @@ class Cloth:
 
     @solver.setter
     def solver(self, name):
-        if checks.choice('solver', name, SOLVERS) != self._solver_name:
+        if Options.accepted('solver', name) != self._solver_name:
             self._remodel(self._mesh, self._material, name)
 
     @property
@@ -211,7 +211,7 @@ class Cloth:
 
     @precision.setter
     def precision(self, precision):
-        if checks.choice('precision', precision, PRECISIONS) != self._mesh.precision:
+        if Grid.accepted('precision', precision) != self._mesh.precision:
             old, positions, velocities = self._mesh, self.positions, self.velocities
             self._put_on(Mesh(old.rows, old.columns, old.length, old.width, old.pinned, precision),
                          self._hoist_top)

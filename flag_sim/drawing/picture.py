@@ -26,7 +26,7 @@ from flag_sim.drawing.painter import far_to_near
 from flag_sim.drawing.scene import flag_scene, Object, SceneBuffers
 from flag_sim.drawing.shading import Light, shade
 from flag_sim.drawing.shapes import Scene
-from flag_sim.drawing.style import Materials, Style
+from flag_sim.drawing.style import Materials, Style, THREADS
 from flag_sim.drawing.visibility import Colours, Pass, slots_for
 from flag_sim.parallel.thread_pool import Crew
 from flag_sim.parameters import checks
@@ -37,7 +37,6 @@ import numpy as np
 CHUNKS = 128
 # More pieces than this are shared among threads; fewer are done sooner than those can begin.
 WORTH_SHARING = 4
-MOST_THREADS = 64
 
 
 class Picture:
@@ -45,7 +44,7 @@ class Picture:
     Draws frames into buffers of its own, which it keeps from frame to frame.
 
     threads: how many share a frame, 0 chooses by measuring the first frames; the pixels are the
-    same for any number, up to MOST_THREADS; raises ValueError for others. Only what this frame or
+    same for any number; raises ValueError for one that THREADS does not allow. Only what this frame or
     the last one drew into is emptied and turned into bytes: elsewhere the background is there
     already.
 
@@ -55,9 +54,9 @@ class Picture:
 
     __slots__ = ('_crew', '_scene', '_framebuffer', '_colours', '_buffers')
 
-    def __init__(self, threads=1):
+    def __init__(self, threads=THREADS.default):
         """Begin without buffers: the first frame's camera says how large they are."""
-        self._crew = Crew(checks.whole('threads', threads, 0, MOST_THREADS))
+        self._crew = Crew(THREADS.convert(threads))
         self._scene = self._framebuffer = self._colours = None
         self._buffers = {}
 

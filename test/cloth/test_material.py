@@ -19,7 +19,7 @@ from flag_sim.cloth.energy import bending_energy, elastic_energy
 from flag_sim.cloth.material import Air, Material
 from flag_sim.cloth.mesh import Mesh
 from flag_sim.cloth.model import Model
-from flag_sim.cloth.stability import Stepping
+from flag_sim.cloth.stepping import Stepping
 import numpy as np
 import pytest
 

@@ -22,7 +22,7 @@ from flag_sim.cloth import Cloth
 from flag_sim.cloth.material import Air, LAWS, Material
 from flag_sim.cloth.mesh import PRECISIONS
 from flag_sim.cloth.solvers import SOLVERS
-from flag_sim.cloth.stability import Stepping
+from flag_sim.cloth.stepping import Stepping
 from flag_sim.declarations.making import air_of, CLOTH, look_of, material_of, stepping_of
 from flag_sim.declarations.nodes import defaults, named, NODES
 from flag_sim.drawing.camera import Camera
