@@ -21,8 +21,9 @@ import math
 from flag_sim.animation.timeline import nearest_frame, Timeline
 from flag_sim.animation.tracks import Track
 from flag_sim.animation.wind_source import WIND_KEYED
-from flag_sim.declarations.nodes import named, NODES, TURN
+from flag_sim.declarations.nodes import named, NODES
 from flag_sim.parameters import checks
+from flag_sim.parameters.declaration import TURN
 
 PARTS = ('times', 'values', 'laws', 'turns')
 LARGEST_ANGLE = 1e6  # of a direction that turns [rad]: there float64 still tells 1e-10 apart

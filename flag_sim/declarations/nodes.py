@@ -18,9 +18,6 @@ from importlib import import_module
 
 from flag_sim.parameters.declaration import Declaration
 
-SHARING_SCENE = ('physics', 'renderer')
-
-
 class Nodes(Mapping):
     """
     {node: its declarations}, each imported when it is asked for.
@@ -44,8 +41,7 @@ class Nodes(Mapping):
         """Return the declarations of a node."""
         if node not in self._names:
             raise KeyError(node)
-        own = getattr(import_module(f'flag_sim.declarations.{node}'), node.upper())
-        return scene() + own if node in SHARING_SCENE else own
+        return getattr(import_module(f'flag_sim.declarations.{node}'), node.upper())
 
 
 NODES = Nodes('wind', 'physics', 'renderer', 'recorder', 'player')

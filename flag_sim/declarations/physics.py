@@ -12,11 +12,12 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Parameters of the physics node beside those of the scene."""
+"""Parameters of the physics node ."""
 from flag_sim.cloth import Air, Material, Stepping
 from flag_sim.cloth.mesh import Grid
 from flag_sim.cloth.options import Options
 from flag_sim.cloth.simulation import MAX_FRAME
+from flag_sim.declarations.scene import SCENE
 from flag_sim.parameters.declaration import Declaration
 from flag_sim.parameters.declared import Group
 
@@ -27,6 +28,7 @@ GRID = Group(Grid())
 OPTIONS = Group(Options())
 
 PHYSICS = (
+    *SCENE,
     *GRID.but('precision'),
     *MATERIAL,
     *OPTIONS.only('gravity'),

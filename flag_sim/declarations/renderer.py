@@ -12,8 +12,8 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Parameters of the renderer node beside those of the scene."""
-from flag_sim.declarations.scene import DIMENSIONS, PLATFORM_FIELDS, POLE_FIELDS
+"""Parameters of the renderer node ."""
+from flag_sim.declarations.scene import DIMENSIONS, PLATFORM_FIELDS, POLE_FIELDS, SCENE
 from flag_sim.drawing import Camera, Light, Materials, Style
 from flag_sim.drawing.style import THREADS
 from flag_sim.parameters.declared import Group
@@ -29,6 +29,7 @@ SURFACES = {
 }
 
 RENDERER = (
+    *SCENE,
     *CAMERA,
     *STYLE.but('background'),
     *LIGHT,

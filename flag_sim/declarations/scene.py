@@ -13,35 +13,40 @@
 # limitations under the License.
 
 """Parameters of the scene, which physics and renderer share."""
-from dataclasses import dataclass
-
 from flag_sim.cloth.mesh import SHORTEST_SIDE
 from flag_sim.drawing import Scene
 from flag_sim.drawing.shapes import check_hole
 from flag_sim.parameters import checks
-from flag_sim.parameters.declared import Declared, declared, Group
-
-
-@dataclass(frozen=True)
-class FlagSize(Declared):
-    """The size of the flag [m]; 0 follows from the pole and the other side (1.2)."""
-
-    length: float = declared(0.0, 'hoist to fly; 0: one and a half times the width', 'm',
-                             0.0, 100.0, least=SHORTEST_SIDE)
-    width: float = declared(0.0, 'upper to lower edge; 0: a sixth of the pole', 'm',
-                            0.0, 100.0, least=SHORTEST_SIDE)
+from flag_sim.parameters.declaration import Declaration
+from flag_sim.parameters.declared import Group
 
 
 DIMENSIONS = Group(Scene())
 POLE_FIELDS = ('pole_height', 'pole_diameter')
 PLATFORM_FIELDS = ('platform_side', 'platform_height')
 
-SCENE = (*DIMENSIONS.only(*POLE_FIELDS), *Group(FlagSize(), 'flag.'),
-         *DIMENSIONS.only(*PLATFORM_FIELDS))
+LENGTH = Declaration(
+    'flag.length', 0.0,
+    f'hoist to fly, {SHORTEST_SIDE:g} at least; 0: one and a half times the width', 'm',
+    0.0, 100.0)
+WIDTH = Declaration(
+    'flag.width', 0.0, f'upper to lower edge, {SHORTEST_SIDE:g} at least; 0: a sixth of the pole',
+    'm', 0.0, 100.0)
+
+SCENE = (*DIMENSIONS.only(*POLE_FIELDS), LENGTH, WIDTH, *DIMENSIONS.only(*PLATFORM_FIELDS))
 
 
 def check_scene(values: dict) -> None:
-    """Raise ValueError if values {name: value}, each a right one, make no scene together."""
+    """
+    Raise ValueError if values {name: value}, each a right one, make no scene together.
+
+    A side of the flag that is neither 0 nor long enough is refused here and not by its
+    declaration, for a key may lead from 0 to a length.
+    """
+    for side in (LENGTH, WIDTH):
+        if 0.0 < values[side.name] < SHORTEST_SIDE:
+            raise ValueError(f'{side.name} must be 0 or a number from {SHORTEST_SIDE:g} to '
+                             f'{side.high:g} [m], not {checks.text(values[side.name])}')
     diameter, height = values['pole.diameter'], values['pole.height']
     if diameter >= height:
         raise ValueError(f'pole.diameter {checks.text(diameter)} m must be less than pole.height '

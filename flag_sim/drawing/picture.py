@@ -28,7 +28,7 @@ from flag_sim.drawing.shading import Light, shade
 from flag_sim.drawing.shapes import Scene
 from flag_sim.drawing.style import Materials, Style, THREADS
 from flag_sim.drawing.visibility import Colours, Pass, slots_for
-from flag_sim.parallel.thread_pool import Crew
+from flag_sim.parallel.thread_pool import ThreadPool
 from flag_sim.parameters import checks
 
 import numpy as np
@@ -44,19 +44,19 @@ class Picture:
     Draws frames into buffers of its own, which it keeps from frame to frame.
 
     threads: how many share a frame, 0 chooses by measuring the first frames; the pixels are the
-    same for any number; raises ValueError for one that THREADS does not allow. Only what this frame or
-    the last one drew into is emptied and turned into bytes: elsewhere the background is there
-    already.
+    same for any number; raises ValueError for one that THREADS does not allow. Only what this
+    frame or the last one drew into is emptied and turned into bytes: elsewhere the background is
+    there already.
 
     >>> frame = Picture().draw(vertices, with_depth=True)     # (rows, columns, 3) [m]
     >>> frame.colour, frame.depth
     """
 
-    __slots__ = ('_crew', '_scene', '_framebuffer', '_colours', '_buffers')
+    __slots__ = ('_pool', '_scene', '_framebuffer', '_colours', '_buffers')
 
     def __init__(self, threads=THREADS.default):
         """Begin without buffers: the first frame's camera says how large they are."""
-        self._crew = Crew(THREADS.convert(threads))
+        self._pool = ThreadPool(THREADS.convert(threads))
         self._scene = self._framebuffer = self._colours = None
         self._buffers = {}
 
@@ -88,8 +88,8 @@ class Picture:
         objects = list(objects)
         for one in objects:
             checks.instance('each of objects', one, Object)
-        with self._crew:
-            self._crew.call()
+        with self._pool:
+            self._pool.wake()
             if self._scene is None or not self._scene.fits(objects):
                 self._scene = SceneBuffers(objects)
             geometry = self._geometry(camera)
@@ -145,7 +145,7 @@ class Picture:
                         SUBPIXELS if style.outline or style.samples > 1 else 0)
         chunks = order.boxes.shape[1]
         # To call the kernel takes as long as some hundred triangles.
-        step = CHUNKS if self._crew.threads > 1 else chunks
+        step = CHUNKS if self._pool.threads > 1 else chunks
         pieces = iter(range(0, chunks, step))
 
         def take(thread):
@@ -156,9 +156,9 @@ class Picture:
         return order
 
     def _share(self, pieces, take):
-        """Let the crew do take(thread), which goes on until `pieces` pieces of work are done."""
+        """Let the pool do take(thread), which goes on until `pieces` pieces of work are done."""
         if pieces > WORTH_SHARING:
-            self._crew.deal(take)
+            self._pool.parallel_for(take)
         else:
             take(0)
 
@@ -179,7 +179,7 @@ class Picture:
                 self._buffers[thread] = kind, new_buffers(*kind)
             draw_bands(taken, geometry, colours, order, plan, self._buffers[thread][1], images)
 
-        self._crew.deal(draw)
+        self._pool.parallel_for(draw)
 
 
 @functools.lru_cache(maxsize=8)

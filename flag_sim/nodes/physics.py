@@ -18,12 +18,12 @@ import sys
 import time
 
 from flag_sim.cloth import energy
-from flag_sim.cloth.mesh import Mesh
 from flag_sim.cloth.simulation import Cloth, Diverged, MAX_WIND
 from flag_sim.cloth.strain import greatest_strain
 from flag_sim.declarations.making import (
     air_of, cloth_of, hang_of, material_of, pole_of, stepping_of)
-from flag_sim.declarations.nodes import PHYSICS, SCENE
+from flag_sim.declarations.physics import PHYSICS
+from flag_sim.declarations.scene import check_scene
 from flag_sim.jit.kernels import compilations
 from flag_sim.parameters import checks
 from flag_sim.ros import messages
@@ -59,7 +59,7 @@ class Physics(FrameServer):
     """
 
     def __init__(self):
-        super().__init__('physics', SCENE + PHYSICS)
+        super().__init__('physics', PHYSICS)
         self._time = None  # stamp that the cloth stands at [ns]; None: before any frame
         self._is_new = True  # whether the cloth was just laid out, and has not moved since
         self._plan = None  # how the last frame was divided into steps
@@ -90,16 +90,7 @@ class Physics(FrameServer):
 
     def check(self, values):
         """Refuse values of which no cloth can be made."""
-        material_of(values), air_of(values), stepping_of(values)
-        if values['pole.diameter'] >= values['pole.height']:
-            diameter, height = (checks.text(values[f'pole.{n}']) for n in ('diameter', 'height'))
-            raise ValueError(f'pole.diameter {diameter} m must be less than pole.height '
-                             f'{height} m')
-        _, length, width = hang_of(values)
-        try:
-            Mesh(2, 2, length, width)  # refuses a size that no grid has
-        except ValueError as error:
-            raise ValueError(f'flag.{error}') from None
+        check_scene(values)
 
     def check_wind(self, wind):
         """Refuse a wind that the cloth does not take."""

@@ -16,7 +16,7 @@
 import sys
 import time
 
-from flag_sim.declarations.nodes import PLAYER
+from flag_sim.declarations.player import PLAYER
 from flag_sim.protocol.frames import Tag
 from flag_sim.ros.bag import RecordedTopics
 from flag_sim.ros.delivery import check_delivery, Delivery

@@ -18,7 +18,7 @@ import datetime
 import sys
 import time
 
-from flag_sim.declarations.nodes import RECORDER
+from flag_sim.declarations.recorder import RECORDER
 from flag_sim.protocol.frames import Arrival, FrameOrder
 from flag_sim.ros import messages
 from flag_sim.ros.bag import Bag

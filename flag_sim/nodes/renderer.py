@@ -17,7 +17,8 @@ import sys
 import time
 
 from flag_sim.declarations.making import look_of
-from flag_sim.declarations.nodes import RENDERER, SCENE
+from flag_sim.declarations.renderer import RENDERER
+from flag_sim.declarations.scene import check_scene
 from flag_sim.drawing import Picture
 from flag_sim.protocol.frames import Tag
 from flag_sim.ros import messages
@@ -48,7 +49,7 @@ class Renderer(FrameServer):
     """Publishes image, camera_info and depth of the frames whose vertices and parameters came."""
 
     def __init__(self):
-        super().__init__('renderer', SCENE + RENDERER)
+        super().__init__('renderer', RENDERER)
         self._values = self._look = None
         self._clouds = {}  # (positions, normals) by stamp, in the order of arrival
         self._first = None  # stamp of the take's first frame [ns]
@@ -74,7 +75,7 @@ class Renderer(FrameServer):
 
     def check(self, values):
         """Refuse values of which no picture can be made."""
-        look_of(values)
+        check_scene(values)
 
     def restart(self, tag):
         """

@@ -18,7 +18,6 @@ import math
 import numbers
 
 from flag_sim.parameters import checks
-import numpy as np
 
 TYPES = {bool: 'boolean', int: 'whole number', float: 'number', str: 'text'}
 """The types of single values, in words."""
@@ -38,7 +37,6 @@ class Declaration:
     default: bool, int, float, str, or a list of float or str; its type is the parameter's type.
     low, high: inclusive range of a number, or of each number of a list; a limit that has more
     digits than are printed is meant by its printed form too (see checks.within).
-    least: where 0 is more than a small number (it leaves the choice to others), the least other.
     choices: the texts or whole numbers that are allowed; empty allows any.
     length: how many values a list must have; None allows any number.
     item: type of a list's values.
@@ -51,7 +49,6 @@ class Declaration:
     unit: str = ''
     low: float = None
     high: float = None
-    least: float = None
     choices: tuple = ()
     length: int = None
     item: type = float
@@ -72,9 +69,9 @@ class Declaration:
         """Return the range as people read it, `0.1 to 10`; empty where there is none."""
         if self.low is None:
             return ''
-        low, high, least = ('' if end is None else f'{end:g}' if self.type is float else f'{end}'
-                            for end in (self.low, self.high, self.least))
-        return f'{least or low} to {high}'
+        low, high = (f'{end:g}' if self.type is float else f'{end}'
+                     for end in (self.low, self.high))
+        return f'{low} to {high}'
 
     @property
     def rule(self) -> str:
@@ -88,17 +85,18 @@ class Declaration:
             words = (f'a list of {self.length} values, each a {words}' if self.length else
                      words.replace(TYPES[self.item], f'a list of {TYPES[self.item]}s', 1))
         elif not self.choices:
-            words = f'a {words}' if self.least is None else f'0 or a {words}'
+            words = f'a {words}'
         return words + (f' [{self.unit}]' if self.unit else '')
 
     def accept(self, value: object, name: str = '') -> object:
         """
-        Return a value in the parameter's own type, as ROS gives it.
+        Return a value, as ROS gives it, in the parameter's own type.
 
         name: of the parameter as its user knows it, where it is another. There is no -0: it is 0.
         Raises ValueError, with the rule and the value, for a value out of range and for one of
         another type, but that a whole number is taken for a number.
         """
+        value = value.tolist() if hasattr(value, 'tolist') else value
         if not self.is_list:
             accepted = self._accept_one(value)
         elif isinstance(value, (list, tuple)) and self.length in (None, len(value)):
@@ -112,24 +110,16 @@ class Declaration:
 
     def convert(self, value: object, name: str = '') -> object:
         """
-        Return a value in the parameter's own type, as Python gives it; a list as a tuple.
+        Return a value, as Python code gives it, in the parameter's own type; a list as a tuple.
 
-        Beside what `accept` does, 3.0 is a whole number, and so are numpy's; an array is a list.
-        ROS parameters are of one type each, and 3.0 is of another there.
+        Beside what `accept` does, 3.0 is a whole number: ROS parameters are of one type each,
+        and it is of another there.
         """
-        if isinstance(value, (list, tuple)):
-            value = [self._plain(one) for one in value]
-        else:
-            value = self._plain(value)
+        value = value.tolist() if hasattr(value, 'tolist') else value
+        if self.type is int and isinstance(value, float) and value.is_integer():
+            value = int(value)
         accepted = self.accept(value, name)
         return tuple(accepted) if self.is_list else accepted
-
-    def _plain(self, value):
-        """Return a number of numpy's, or a whole one that is no int, as Python's own."""
-        if isinstance(value, (np.generic, np.ndarray)):
-            value = value.tolist()
-        is_whole = isinstance(value, float) and value.is_integer()
-        return int(value) if self.type is int and is_whole else value
 
     def _accept_one(self, one):
         """Return a single value in its type, or None where it is refused."""
@@ -148,6 +138,4 @@ class Declaration:
             return None
         if not math.isfinite(number):
             return None
-        if self.low is None or number == self.low:
-            return number
-        return checks.within(number, self.low if self.least is None else self.least, self.high)
+        return number if self.low is None else checks.within(number, self.low, self.high)

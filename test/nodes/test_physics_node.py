@@ -20,7 +20,7 @@ import re
 import time
 
 from flag_sim.cloth import Cloth
-from flag_sim.declarations.nodes import PHYSICS, SCENE
+from flag_sim.declarations.physics import PHYSICS
 from flag_sim.nodes.physics import Physics
 from flag_sim.nodes.renderer import Renderer
 from flag_sim.protocol.frames import Tag
@@ -141,7 +141,7 @@ def test_a_frame_whose_values_cannot_stand_together_keeps_those_of_the_frame_bef
 
 def test_no_number_may_be_none(bench, capfd):
     """Each parameter of the node that is a number refuses NaN and infinity, set and keyed."""
-    numbers = [declaration.name for declaration in SCENE + PHYSICS
+    numbers = [declaration.name for declaration in PHYSICS
                if type(declaration.default) in (int, float) and not declaration.fixed]
     assert len(numbers) > 20
     for name in numbers:
