@@ -18,6 +18,7 @@ from importlib import import_module
 
 from flag_sim.parameters.declaration import Declaration
 
+
 class Nodes(Mapping):
     """
     {node: its declarations}, each imported when it is asked for.

@@ -60,7 +60,7 @@ class Declaration:
         return isinstance(self.default, list)
 
     @property
-    def type(self) -> type:
+    def kind(self) -> type:
         """Return the type of the value, or of each value of a list."""
         return self.item if self.is_list else type(self.default)
 
@@ -69,14 +69,14 @@ class Declaration:
         """Return the range as people read it, `0.1 to 10`; empty where there is none."""
         if self.low is None:
             return ''
-        low, high = (f'{end:g}' if self.type is float else f'{end}'
+        low, high = (f'{end:g}' if self.kind is float else f'{end}'
                      for end in (self.low, self.high))
         return f'{low} to {high}'
 
     @property
     def rule(self) -> str:
         """Return in words what a value must be."""
-        words = TYPES[self.type]
+        words = TYPES[self.kind]
         if self.choices:
             words = f'one of {", ".join(map(str, self.choices))}'
         elif self.low is not None:
@@ -116,16 +116,16 @@ class Declaration:
         and it is of another there.
         """
         value = value.tolist() if hasattr(value, 'tolist') else value
-        if self.type is int and isinstance(value, float) and value.is_integer():
+        if self.kind is int and isinstance(value, float) and value.is_integer():
             value = int(value)
         accepted = self.accept(value, name)
         return tuple(accepted) if self.is_list else accepted
 
     def _accept_one(self, one):
         """Return a single value in its type, or None where it is refused."""
-        if self.type is float:
+        if self.kind is float:
             return self._accept_number(one)
-        if type(one) is not self.type or (self.choices and one not in self.choices):
+        if type(one) is not self.kind or (self.choices and one not in self.choices):
             return None
         return one if self.low is None or self.low <= one <= self.high else None
 

@@ -14,7 +14,7 @@
 
 """Tracks as parameters: what is read, what is refused, and how keys are put in."""
 from flag_sim.declarations import keys
-from flag_sim.declarations.nodes import defaults, named
+from flag_sim.declarations.nodes import defaults
 from flag_sim.parameters.params_file import check_path, save_parameters
 import numpy as np
 import pytest

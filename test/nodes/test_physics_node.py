@@ -112,7 +112,7 @@ def test_a_keyed_value_that_is_none_is_refused_and_nothing_is_lost(bench, capfd,
 
 
 @pytest.mark.parametrize('keyed, rule', [
-    ({'flag.length': 1e-5}, 'flag.length must be between 0.001 and 10000, not 1e-05'),
+    ({'flag.length': 1e-5}, 'flag.length must be 0 or a number from 0.001 to 100 [m], not 1e-05'),
     ({'pole.diameter': 9.0}, 'pole.diameter 9 m must be less than pole.height 9 m')], ids=str)
 def test_keyed_values_that_cannot_stand_together_are_left_out_and_frames_go_on(
         bench, capfd, keyed, rule):
@@ -160,7 +160,7 @@ def test_no_number_may_be_none(bench, capfd):
     ('damping:=.inf', 'not inf'),
     ('grid.rows:=1', 'grid.rows must be a whole number from 2 to 1001 [nodes], not 1'),
     ('grid.columns:=1000000000', 'not 1000000000'),
-    ('flag.length:=1e-5', 'flag.length must be between 0.001 and 10000, not 1e-05'),
+    ('flag.length:=1e-5', 'flag.length must be 0 or a number from 0.001 to 100 [m], not 1e-05'),
     ('solver:=magic', "not 'magic'")])
 def test_a_bad_start_is_refused(domain, arguments, rule):
     """The process then ends with one line; test_parameters has that for every node."""

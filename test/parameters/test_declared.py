@@ -71,8 +71,8 @@ def test_any_kind_of_number_is_kept_in_the_fields_type(field, value, kept):
     ('power', 101, 'a number from 0 to 100 [W]'), ('power', True, 'a number from 0 to 100 [W]'),
     ('power', [1.0], 'a number from 0 to 100 [W]'), ('bulbs', 1.5, 'a whole number from 1 to 9'),
     ('bulbs', 0, 'a whole number from 1 to 9'), ('lit', 1, 'a boolean'),
-    ('socket', None, 'one of E14, E27'), ('place', (1.0,), 'a list of 2 values, each a number '
-                                                          'from -5 to 5 [m]'),
+    ('socket', None, 'one of E14, E27'),
+    ('place', (1.0,), 'a list of 2 values, each a number from -5 to 5 [m]'),
     ('place', (1.0, 6.0), 'a list of 2 values, each a number from -5 to 5 [m]')], ids=repr)
 def test_a_record_refuses_what_its_declarations_refuse(field, value, rule):
     """By the field's name or, for a single value, by another."""
