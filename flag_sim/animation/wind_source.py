@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The weather: the wind at any time, from the wind node's dials and what is keyed of them."""
+"""The wind source: the wind at any time, from the wind node's dials and what is keyed of them."""
 from flag_sim.animation.gusts import Gusts
 from flag_sim.animation.wind_vector import Passage, wind_vector
 import numpy as np
@@ -20,10 +20,10 @@ import numpy as np
 WIND_KEYED = ('speed', 'azimuth', 'elevation', 'gust.intensity')
 """What may be keyed of the wind."""
 DIALS = (*WIND_KEYED, 'gust.length', 'gust.seed')
-"""The wind node's dials that the weather is made of."""
+"""The wind node's dials that it is made of."""
 
 
-class Weather:
+class WindSource:
     """
     The wind of the dials `values` {name: value} and a Timeline, from a moment on.
 
@@ -41,15 +41,15 @@ class Weather:
         # No law leads beyond its keys.
         self._has_gusts = any(track.values) if track else values['gust.intensity'] > 0.0
 
-    def turned(self, values, timeline, now):
+    def continued(self, values, timeline, now):
         """
-        Return the weather from `now` [s] on, by other dials and keys; this one if it has the same.
+        Return the wind source from `now` [s] on by other dials and keys, or this if they are same.
 
         The gusts that are in the air stay where they are.
         """
         if timeline is self._timeline and all(values[n] == self._values[n] for n in DIALS):
             return self
-        return Weather(values, timeline, now, self._passed(now))
+        return WindSource(values, timeline, now, self._passed(now))
 
     def _passed(self, time):
         """Return how far the wind has carried its gusts at `time` [s]: [m]."""
