@@ -16,16 +16,16 @@
 import sys
 import time
 
+from flag_sim.animation.keys import values_at
 from flag_sim.animation.tracks import SAME
 from flag_sim.animation.wind_source import WindSource
-from flag_sim.declarations import keys
 from flag_sim.declarations.catalogue import WIND
+from flag_sim.declarations.targets import TARGETS
 from flag_sim.protocol.clock import FrameClock
 from flag_sim.protocol.frames import FrameId, next_take
 from flag_sim.protocol.missed_frames import MissedFrames
 from flag_sim.ros import messages
 from flag_sim.ros.animation_node import AnimationNode
-from flag_sim.ros.autokey import Autokey
 from flag_sim.ros.delivery import check_delivery, Delivery
 from flag_sim.ros.diagnostics import compute_time, Diagnostics, OK, WARN
 from flag_sim.ros.lifecycle import run
@@ -53,7 +53,6 @@ class Wind(AnimationNode):
         self._timer = None
         self._take = 0
         self._begin_take()
-        self._autokey = Autokey(self, self._now)
         subscribe(self, 'reset', self._on_reset)
         subscribe(self, 'step', self._on_step)
         self._set_timer()
@@ -96,8 +95,8 @@ class Wind(AnimationNode):
         if 'pace' in changed:
             self._delivery.clear()  # frames of real time are owed to nobody, as they have said
 
-    def _now(self):
-        """Return where in the animation the last frame was [s]."""
+    def now(self):
+        """Return the time of the last frame in the animation [s]."""
         return self.timeline.local(max(self._previous, 0) / 1e9)
 
     # Time.
@@ -216,7 +215,7 @@ class Wind(AnimationNode):
         frame = FrameId(stamp, self._take, index, self._oldest_index() if in_turn else index)
         with self._stopwatch.share('work'):
             # Keys and gusts are at times of the take, whatever its stamps are.
-            keyed = keys.values_at(self.timeline, at / 1e9)
+            keyed = values_at(self.timeline, at / 1e9, TARGETS)
             wind = self._wind_source.at(at / 1e9)
             message = self._message.fill(frame, wind, keyed)
         with self._stopwatch.share('publish'):

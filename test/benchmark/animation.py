@@ -25,9 +25,10 @@ from pathlib import Path
 import statistics
 import time
 
+from flag_sim.animation import keys
 from flag_sim.animation.wind_source import WindSource
-from flag_sim.declarations import keys
 from flag_sim.declarations.catalogue import NODES
+from flag_sim.declarations.targets import TARGETS
 from flag_sim.parameters.arguments import given_path
 from flag_sim.protocol.frames import FrameId
 from flag_sim.ros import messages
@@ -90,19 +91,19 @@ def main():
     options = parser.parse_args()
     frames = 20 if options.quick else FRAMES
     values, end = animation()
-    timeline = keys.read_timeline(values)
+    timeline = keys.read_timeline(values, TARGETS)
     source = WindSource(values, timeline)
     times = np.linspace(0.0, end, frames).tolist()
     step = times[1]
     frame = FrameId(0, 1, 0, 0)
-    keyed, wind = keys.values_at(timeline, 1.0), source.at(1.0)
+    keyed, wind = keys.values_at(timeline, 1.0, TARGETS), source.at(1.0)
     with rclpy.init():
         node = Node('benchmark')
         out = publish(node, 'parameters')
         frame_message = messages.FrameMessage('/wind')
         message = frame_message.fill(frame, wind, keyed)
         rows = {
-            'values of the tracks': lambda at: keys.values_at(timeline, at),
+            'values of the tracks': lambda at: keys.values_at(timeline, at, TARGETS),
             'wind with gusts': source.at,
             'crossed keys': lambda at: timeline.crossed(at - step, at),
             'message': lambda at: frame_message.fill(frame, wind, keyed),

@@ -151,7 +151,7 @@ def test_after_a_pause_stamps_are_the_wall_clocks_again(domain, monkeypatch):
         bench.node._send_due(time.monotonic())
         frame, _ = bench.frames[-1]
         assert (frame.stamp, frame.index) == (wall[0], 2)
-        assert bench.node._now() == pytest.approx(0.04)
+        assert bench.node.now() == pytest.approx(0.04)
 
 
 def test_the_shot_ends_before_its_stamps_do(domain, capfd):
