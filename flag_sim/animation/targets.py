@@ -18,7 +18,7 @@ import dataclasses
 import math
 
 from flag_sim.animation.tracks import TURN
-from flag_sim.parameters.parameter import Dial as Declaration
+from flag_sim.parameters.declaration import Declaration
 
 LARGEST_ANGLE = 1e6
 """Of a direction that turns [rad]: there float64 still tells 1e-10 apart."""

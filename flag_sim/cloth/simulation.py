@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The cloth as its users meet it: dials on the outside, a state inside, frame by frame."""
+"""The cloth as its users meet it: parameters on the outside, a state inside, frame by frame."""
 import functools
 import math
 

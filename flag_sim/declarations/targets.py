@@ -15,7 +15,7 @@
 """Which parameters of the nodes tracks may animate."""
 from flag_sim.animation.targets import Targets
 from flag_sim.animation.wind_source import WIND_KEYED
-from flag_sim.declarations.catalogue import NODES
+from flag_sim.declarations.nodes import NODES
 
 TARGETS = Targets(NODES, {'wind': WIND_KEYED, 'physics': None, 'renderer': None})
 """Of the wind node the wind alone, not the clock that plays it; of physics and renderer all."""

@@ -19,7 +19,7 @@ import time
 from flag_sim.animation.keys import values_at
 from flag_sim.animation.tracks import SAME
 from flag_sim.animation.wind_source import WindSource
-from flag_sim.declarations.catalogue import WIND
+from flag_sim.declarations.nodes import WIND
 from flag_sim.declarations.targets import TARGETS
 from flag_sim.protocol.clock import FrameClock
 from flag_sim.protocol.frames import FrameId, next_take

@@ -19,11 +19,11 @@ from flag_sim.animation import keys
 from flag_sim.animation.autokey import with_key
 from flag_sim.animation.timeline import Timeline
 from flag_sim.declarations.targets import TARGETS
-from flag_sim.parameters.parameter import Dial as Declaration
+from flag_sim.parameters.declaration import Declaration
 from flag_sim.parameters.params_file import check_path, save_parameters
 from flag_sim.ros.companions import Companions
 from flag_sim.ros.parameter_groups import GroupParameterService
-from flag_sim.ros.parameter_node import DialNode, to_parameter
+from flag_sim.ros.parameter_node import ParameterNode, to_parameter
 
 
 def is_part(name: str) -> bool:
@@ -31,7 +31,7 @@ def is_part(name: str) -> bool:
     return name.startswith(('tracks', 'keys.', 'events.'))
 
 
-class AnimationNode(DialNode):
+class AnimationNode(ParameterNode):
     """
     Reads its `timeline` from its parameters, at the start and whenever they change.
 

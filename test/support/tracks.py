@@ -14,12 +14,12 @@
 
 """Parameters of a wind that has tracks."""
 from flag_sim.animation import keys
-from flag_sim.declarations.catalogue import NODES
+from flag_sim.declarations.nodes import defaults
 
 
 def wind_values(**tracks):
     """Return the wind's default values with tracks {name: (times, values, laws or None)}."""
-    values = {dial.name: dial.default for dial in NODES['wind']}
+    values = defaults('wind')
     values['tracks'] = [name.replace('__', '.') for name in tracks]
     for name, parts in tracks.items():
         for part, value in zip(keys.PARTS, parts):
