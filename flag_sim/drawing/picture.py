@@ -31,7 +31,7 @@ from flag_sim.drawing.scene_buffers import SceneBuffers
 from flag_sim.drawing.shading import Light, shade
 from flag_sim.drawing.shapes import Dimensions
 from flag_sim.drawing.style import Materials, Style
-from flag_sim.parallel.thread_pool import Crew
+from flag_sim.parallel.thread_pool import ThreadPool
 from flag_sim.parameters import checks
 
 import numpy as np
@@ -60,7 +60,7 @@ class Picture:
 
     def __init__(self, threads: int = 1):
         """Begin without buffers: the first frame's camera says how large they are."""
-        self._pool = Crew(checks.whole('threads', threads, 0, MAX_THREADS))
+        self._pool = ThreadPool(checks.whole('threads', threads, 0, MAX_THREADS))
         self._scene = self._framebuffer = self._colours = None
         self._buffers = {}
 
@@ -94,7 +94,7 @@ class Picture:
         checks.require(isinstance(objects, Iterable), 'objects', 'a list of Object', objects)
         objects = [checks.instance('each of objects', one, Object) for one in objects]
         with self._pool:
-            self._pool.call()
+            self._pool.wake()
             if self._scene is None or not self._scene.fits(objects):
                 self._scene = SceneBuffers(objects)
             geometry = self._scene.geometry(_view_transform(camera))
@@ -156,7 +156,7 @@ class Picture:
     def _run(self, pieces, work):
         """Call work(thread), by which `pieces` pieces of work are done, in all threads or one."""
         if pieces > WORTH_SHARING:
-            self._pool.deal(work)
+            self._pool.parallel_for(work)
         else:
             work(0)
 
@@ -180,7 +180,7 @@ class Picture:
             draw_bands(taken, geometry, colours, order, settings, self._buffers[thread][1],
                        images)
 
-        self._pool.deal(work)
+        self._pool.parallel_for(work)
 
 
 @functools.lru_cache(maxsize=8)
