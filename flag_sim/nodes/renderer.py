@@ -173,7 +173,8 @@ class Renderer(FrameNode):
         with_depth = 'depth/image_raw' in listened
         if not shot.is_drawn and (with_depth or 'image_raw' in listened):
             shot.is_drawn = True
-            frame = self._picture.draw(*shot.cloud, *shot.look, with_depth)
+            channels = ['depth'] if with_depth else []
+            frame = self._picture.draw(*shot.cloud, *shot.look, channels)
             shot.messages['image_raw'] = messages.image_message(stamp, frame.colour)
             if with_depth:
                 shot.messages['depth/image_raw'] = messages.depth_message(stamp, frame.depth)
