@@ -31,7 +31,7 @@ from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.cloth.stability import damping_bound, Plan, plan, SHORTEST_STEP, Stepping
 from flag_sim.cloth.start import bump
 from flag_sim.cloth.state import State
-from flag_sim.parallel.thread_pool import Crew
+from flag_sim.parallel.thread_pool import ThreadPool
 from flag_sim.parameters import checks
 from flag_sim.parameters.closed import closed
 import numpy as np
@@ -94,7 +94,7 @@ class Cloth:
         self.start_noise = start_noise
         self.start_seed = start_seed
         self._held = 0
-        self._pool = Crew(checks.whole('threads', threads, 0, MAX_THREADS))
+        self._pool = ThreadPool(checks.whole('threads', threads, 0, MAX_THREADS))
         self._solver_name = checks.choice('solver', solver, SOLVERS)
         self._put_on(Mesh(rows, columns, length, width, pinned, precision), hoist_top)
         self.pole = pole

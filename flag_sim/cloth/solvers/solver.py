@@ -26,9 +26,9 @@ from flag_sim.cloth.records import Band, Nodes, Sheet, Steps
 from flag_sim.cloth.stability import frequency_bound
 from flag_sim.cloth.state import State
 from flag_sim.parallel.barrier import new_barrier, release
-from flag_sim.parallel.thread_pool import Crew
+from flag_sim.parallel.thread_pool import ThreadPool
 
-ONE_THREAD = Crew(1)
+ONE_THREAD = ThreadPool(1)
 
 
 class Solver(abc.ABC):
@@ -134,7 +134,7 @@ class Solver(abc.ABC):
         return self._work.contact
 
     def advance(self, state: State, spare: State, forcing: Forcing, dt: float, count: int,
-                pool: Crew = ONE_THREAD) -> State:
+                pool: ThreadPool = ONE_THREAD) -> State:
         """
         Take count steps of dt [s] from state; return the one of the two that holds the result.
 
@@ -156,5 +156,5 @@ class Solver(abc.ABC):
         if threads == 1:
             take(0, 1)
         else:
-            pool.share(take, functools.partial(release, barrier))
+            pool.run_bands(take, functools.partial(release, barrier))
         return spare if count % 2 else state
