@@ -12,27 +12,27 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The weather: the wind at any time, from the wind node's dials and what is keyed of them."""
+"""The weather: the wind at any time, from the wind node's parameters and what is keyed of them."""
 from flag_sim.animation.gusts import Gusts
 from flag_sim.animation.wind_vector import Passage, wind_vector
 import numpy as np
 
 WIND_KEYED = ('speed', 'azimuth', 'elevation', 'gust.intensity')
 """What may be keyed of the wind."""
-DIALS = (*WIND_KEYED, 'gust.length', 'gust.seed')
-"""The wind node's dials that the weather is made of."""
+DECLARATIONS = (*WIND_KEYED, 'gust.length', 'gust.seed')
+"""The wind node's parameters that the weather is made of."""
 
 
 class Weather:
     """
-    The wind of the dials `values` {name: value} and a Timeline, from a moment on.
+    The wind of the parameters `values` {name: value} and a Timeline, from a moment on.
 
     start: that moment [s]; passed: how far the wind had carried its gusts by then [m]. Where gusts
     are off from end to end nothing is carried, and the distance stays what it was.
     """
 
     def __init__(self, values, timeline, start=0.0, passed=0.0):
-        self._values = {name: values[name] for name in DIALS}
+        self._values = {name: values[name] for name in DECLARATIONS}
         self._timeline = timeline
         self._gusts = Gusts(values['gust.length'], values['gust.seed'])
         self._start_passed = passed
@@ -43,11 +43,11 @@ class Weather:
 
     def turned(self, values, timeline, now):
         """
-        Return the weather from `now` [s] on, by other dials and keys; this one if it has the same.
+        Return the weather from `now` [s] on, by other values and keys; this one if it has them.
 
         The gusts that are in the air stay where they are.
         """
-        if timeline is self._timeline and all(values[n] == self._values[n] for n in DIALS):
+        if timeline is self._timeline and all(values[n] == self._values[n] for n in DECLARATIONS):
             return self
         return Weather(values, timeline, now, self._passed(now))
 

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What the cloth is made of, and the air around it: the user's physical dials, checked."""
+"""What the cloth is made of, and the air around it: the user's physical parameters, checked."""
 from dataclasses import dataclass
 
 from flag_sim.cloth.pressure import GREATEST_RATE, LAWS

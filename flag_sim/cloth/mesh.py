@@ -20,7 +20,7 @@ from flag_sim.parameters.closed import constant
 import numpy as np
 
 MAX_NODES = 2**20
-"""A limit on rows x columns, so that a mistyped dial is refused before it fills the memory."""
+"""A limit on rows x columns, so that a mistyped one is refused before it fills the memory."""
 
 LINE = 64
 """Bytes in a cache line. Fields begin on one, so that the vectors that are stored lie in one."""

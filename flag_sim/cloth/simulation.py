@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The cloth as its users meet it: dials on the outside, a state inside, frame by frame."""
+"""The cloth as its users meet it: parameters on the outside, a state inside, frame by frame."""
 import functools
 import math
 
@@ -29,7 +29,7 @@ from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.cloth.stability import damping_bound, plan, SHORTEST_STEP, Stepping
 from flag_sim.cloth.start import bump
 from flag_sim.cloth.state import State
-from flag_sim.parallel.thread_pool import Crew
+from flag_sim.parallel.thread_pool import ThreadPool
 from flag_sim.parameters import checks
 from flag_sim.parameters.closed import closed
 import numpy as np
@@ -84,7 +84,7 @@ class Cloth:
         self.start_noise = start_noise
         self.start_seed = start_seed
         self._held = 0
-        self._crew = Crew(checks.whole('threads', threads, 0, MAX_THREADS))
+        self._pool = ThreadPool(checks.whole('threads', threads, 0, MAX_THREADS))
         self._solver_name = checks.choice('solver', solver, SOLVERS)
         self._put_on(Mesh(rows, columns, length, width, pinned, precision), hoist_top)
         self.pole = pole
@@ -285,9 +285,9 @@ class Cloth:
 
     def _move(self, count, step, forcing):
         """Take count steps of step [s]."""
-        with self._crew.frame(count):
+        with self._pool.frame(count):
             state = self._solver.advance(self._state, self._spare, forcing, step, count,
-                                         self._crew)
+                                         self._pool)
         if state is not self._state:
             self._state, self._spare = self._spare, self._state
 
@@ -332,7 +332,7 @@ class Cloth:
         self._remodel(mesh, self._material, self._solver_name)
         self._hoist_top = hoist_top
         self._state, self._spare, self._last_good = state, spare, last_good
-        self._crew.measure()
+        self._pool.measure()
 
     def _remodel(self, mesh, material, solver_name):
         """Take a mesh, a material and a method, once their solver is made: all three or none."""

@@ -21,7 +21,7 @@ import math
 from flag_sim.animation.timeline import nearest_frame, Timeline
 from flag_sim.animation.tracks import Track
 from flag_sim.animation.wind_source import WIND_KEYED
-from flag_sim.declarations.catalogue import NODES, TURN
+from flag_sim.declarations.nodes import named, NODES, TURN
 from flag_sim.parameters import checks
 
 PARTS = ('times', 'values', 'laws', 'turns')
@@ -50,20 +50,20 @@ def track_of(name):
 def item_of(name):
     """Return the type of the values that a parameter `keys.*` lists: float, str or bool."""
     if name.endswith('.values'):
-        dial = target_dial(track_of(name))
-        kind = dial.item if dial.is_list else type(dial.default)
+        declaration = target_declaration(track_of(name))
+        kind = declaration.item if declaration.is_list else type(declaration.default)
         return float if kind is int else kind  # a whole number goes through lists as a number
     return str if name.endswith('.laws') else float
 
 
 def accept_keys(name, value):
     """Return the value of a parameter `keys.*` in its own type, or raise ValueError."""
-    dial = target_dial(track_of(name))
+    declaration = target_declaration(track_of(name))
     if name.endswith('.turns'):
         if not isinstance(value, bool):
             raise ValueError(f'{name} must be true or false, not {value!r}')
         if value:
-            _turning(name, dial)
+            _turning(name, declaration)
         return value
     if not isinstance(value, (list, tuple)) and not hasattr(value, 'tolist'):
         raise ValueError(f'{name} must be a list, not {value!r}')
@@ -79,24 +79,25 @@ def _accept_item(name, value):
 
 
 @functools.lru_cache(maxsize=None)
-def target_dial(track):
-    """Return the dial that a track animates; raise ValueError if it cannot be keyed."""
+def target_declaration(track):
+    """Return the parameter that a track animates; raise ValueError if it cannot be keyed."""
     node, _, name = track.partition('.')
     if node not in NODES:
         raise ValueError(f"track '{track}' must begin with one of {', '.join(KEYED_NODES)} "
                          'and a dot')
-    dial = next((dial for dial in NODES[node] if dial.name == name), None)
-    if dial is None:
+    declaration = named(node).get(name)
+    if declaration is None:
         raise ValueError(f"track '{track}': /{node} has no parameter '{name}'")
-    if dial.fixed or node not in KEYED_NODES or (dial.is_list and not dial.length) or (
-            node == 'wind' and name not in WIND_KEYED):
+    if (declaration.fixed or node not in KEYED_NODES
+            or (declaration.is_list and not declaration.length)
+            or (node == 'wind' and name not in WIND_KEYED)):
         raise ValueError(f"track '{track}': this parameter cannot be keyed")
-    return dial
+    return declaration
 
 
-def is_angle(dial):
-    """Return whether a dial is a direction, of which a turn more is the same."""
-    return dial.unit == 'rad' and dial.high == TURN
+def is_angle(declaration):
+    """Return whether a parameter is a direction, of which a turn more is the same."""
+    return declaration.unit == 'rad' and declaration.high == TURN
 
 
 def read_timeline(values):
@@ -116,7 +117,7 @@ def read_timeline(values):
 
 def _read_track(name, rate, times, keys, laws, turns):
     """Return the Track of a name and its parameters; raise ValueError if it cannot be played."""
-    target_dial(name)
+    target_declaration(name)
     if times is None or keys is None:
         raise ValueError(f"track '{name}' needs {key_name(name, 'times')} and "
                          f"{key_name(name, 'values')}")
@@ -129,24 +130,26 @@ def _read_track(name, rate, times, keys, laws, turns):
 def _make_track(name, rate, times, keys, types, laws, turns):
     """Return the Track; the same again while others are edited, as two hundred keys take 4 ms."""
     del types
-    dial = target_dial(name)
-    laws = laws or (_usual_law(dial),) * len(times)
+    declaration = target_declaration(name)
+    laws = laws or (_usual_law(declaration),) * len(times)
     try:
-        for law in laws if dial.choices else ():
+        for law in laws if declaration.choices else ():
             if law != 'step':
-                raise ValueError(f"law '{law}' cannot lead between {dial.rule}; use step")
-        keys = _accepted(_turning(key_name(name, 'turns'), dial) if turns else dial, keys)
-        track = Track(times, keys, laws, is_angle(dial), turns)
+                raise ValueError(f"law '{law}' cannot lead between {declaration.rule}; use step")
+        if turns:
+            declaration = _turning(key_name(name, 'turns'), declaration)
+        keys = _accepted(declaration, keys)
+        track = Track(times, keys, laws, is_angle(declaration), turns)
         return _snapped(track, rate) if rate else track
     except (ValueError, TypeError) as error:
         raise ValueError(f"track '{name}': {error}") from None
 
 
-def _turning(name, dial):
-    """Return the dial of a direction with room for many turns; raise ValueError for others."""
-    if not is_angle(dial):
-        raise ValueError(f'{name} must be false, not true: {dial.name} is no direction')
-    return dataclasses.replace(dial, low=-LARGEST_ANGLE, high=LARGEST_ANGLE)
+def _turning(name, declaration):
+    """Return the declaration of a direction with room for many turns; else raise ValueError."""
+    if not is_angle(declaration):
+        raise ValueError(f'{name} must be false, not true: {declaration.name} is no direction')
+    return dataclasses.replace(declaration, low=-LARGEST_ANGLE, high=LARGEST_ANGLE)
 
 
 def _snapped(track, rate):
@@ -174,17 +177,18 @@ def warnings(timeline):
     return found
 
 
-def _accepted(dial, keys):
-    """Return a track's values, a list of vectors where the dial is a list."""
-    if dial.is_list:
-        if len(keys) % dial.length:
-            raise ValueError(f'values must hold {dial.length} numbers a key, not {len(keys)}')
-        return [dial.accept(keys[i:i + dial.length]) for i in range(0, len(keys), dial.length)]
-    return [dial.accept(_back_to_whole(v) if _is_whole(dial) else v) for v in keys]
+def _accepted(declaration, keys):
+    """Return a track's values, a list of vectors where the parameter is a list."""
+    if declaration.is_list:
+        length = declaration.length
+        if len(keys) % length:
+            raise ValueError(f'values must hold {length} numbers a key, not {len(keys)}')
+        return [declaration.accept(keys[i:i + length]) for i in range(0, len(keys), length)]
+    return [declaration.accept(_back_to_whole(v) if _is_whole(declaration) else v) for v in keys]
 
 
-def _is_whole(dial):
-    return type(dial.default) is int
+def _is_whole(declaration):
+    return type(declaration.default) is int
 
 
 def _back_to_whole(value):
@@ -209,19 +213,19 @@ def values_at(timeline, time):
 @functools.lru_cache(maxsize=None)
 def _to_parameter(track):
     """Return the function that brings a track's values into the type of what it animates."""
-    dial = target_dial(track)
-    if _is_whole(dial):
+    declaration = target_declaration(track)
+    if _is_whole(declaration):
         return round
-    return _within_a_turn if is_angle(dial) else lambda value: value
+    return _within_a_turn if is_angle(declaration) else lambda value: value
 
 
-def _usual_law(dial):
+def _usual_law(declaration):
     """
-    Return the law that leads on from a key of a dial unless another is given.
+    Return the law that leads on from a key of a parameter unless another is given.
 
     Texts and booleans have nothing between them, and counts, as the width of a picture, no glide.
     """
-    return 'linear' if type(dial.default) in (float, list) else 'step'
+    return 'linear' if type(declaration.default) in (float, list) else 'step'
 
 
 def _within_a_turn(angle):
@@ -238,14 +242,14 @@ def with_key(values, track, time, value, old, reach):
     {} is returned.
     Raises ValueError where the parameter cannot be keyed or cannot have the value.
     """
-    dial = target_dial(track)
-    value = dial.accept(value)
+    declaration = target_declaration(track)
+    value = declaration.accept(value)
     is_first = track not in values['tracks']
     if is_first:
-        old = dial.accept(old)
+        old = declaration.accept(old)
         if value == old:
             return {}
-        played, times, keyed, laws = [0.0], [0.0], [old], [_usual_law(dial)]
+        played, times, keyed, laws = [0.0], [0.0], [old], [_usual_law(declaration)]
         tracks = [*values['tracks'], track]
     else:
         present = read_timeline(values).tracks[track]
@@ -266,8 +270,8 @@ def with_key(values, track, time, value, old, reach):
         laws.insert(k, laws[max(k - 1, 0)])  # a segment that is cut keeps its law on both sides
         if is_first:
             laws[0] = 'step'
-    flat = [v for key in keyed for v in key] if dial.is_list else keyed
-    flat = [float(v) for v in flat] if _is_whole(dial) else flat
+    flat = [v for key in keyed for v in key] if declaration.is_list else keyed
+    flat = [float(v) for v in flat] if _is_whole(declaration) else flat
     return {'tracks': tracks, key_name(track, 'times'): times,
             key_name(track, 'values'): flat, key_name(track, 'laws'): laws}
 

@@ -28,7 +28,7 @@ from flag_sim.drawing.shading import Light, shade
 from flag_sim.drawing.shapes import Scene
 from flag_sim.drawing.style import Materials, Style
 from flag_sim.drawing.visibility import Colours, Pass, slots_for
-from flag_sim.parallel.thread_pool import Crew
+from flag_sim.parallel.thread_pool import ThreadPool
 from flag_sim.parameters import checks
 
 import numpy as np
@@ -53,11 +53,11 @@ class Picture:
     >>> frame.colour, frame.depth
     """
 
-    __slots__ = ('_crew', '_scene', '_framebuffer', '_colours', '_buffers')
+    __slots__ = ('_pool', '_scene', '_framebuffer', '_colours', '_buffers')
 
     def __init__(self, threads=1):
         """Begin without buffers: the first frame's camera says how large they are."""
-        self._crew = Crew(checks.whole('threads', threads, 0, MOST_THREADS))
+        self._pool = ThreadPool(checks.whole('threads', threads, 0, MOST_THREADS))
         self._scene = self._framebuffer = self._colours = None
         self._buffers = {}
 
@@ -89,8 +89,8 @@ class Picture:
         objects = list(objects)
         for one in objects:
             checks.instance('each of objects', one, Object)
-        with self._crew:
-            self._crew.call()
+        with self._pool:
+            self._pool.wake()
             if self._scene is None or not self._scene.fits(objects):
                 self._scene = SceneBuffers(objects)
             geometry = self._geometry(camera)
@@ -146,7 +146,7 @@ class Picture:
                         SUBPIXELS if style.outline or style.samples > 1 else 0)
         chunks = order.boxes.shape[1]
         # To call the kernel takes as long as some hundred triangles.
-        step = CHUNKS if self._crew.threads > 1 else chunks
+        step = CHUNKS if self._pool.threads > 1 else chunks
         pieces = iter(range(0, chunks, step))
 
         def take(thread):
@@ -157,9 +157,9 @@ class Picture:
         return order
 
     def _share(self, pieces, take):
-        """Let the crew do take(thread), which goes on until `pieces` pieces of work are done."""
+        """Let the pool do take(thread), which goes on until `pieces` pieces of work are done."""
         if pieces > WORTH_SHARING:
-            self._crew.deal(take)
+            self._pool.parallel_for(take)
         else:
             take(0)
 
@@ -180,7 +180,7 @@ class Picture:
                 self._buffers[thread] = kind, new_buffers(*kind)
             draw_bands(taken, geometry, colours, order, plan, self._buffers[thread][1], images)
 
-        self._crew.deal(draw)
+        self._pool.parallel_for(draw)
 
 
 @functools.lru_cache(maxsize=8)

@@ -21,9 +21,9 @@ from flag_sim.cloth import energy
 from flag_sim.cloth.mesh import Mesh
 from flag_sim.cloth.simulation import Cloth, Diverged, MAX_WIND
 from flag_sim.cloth.strain import greatest_strain
-from flag_sim.declarations.catalogue import PHYSICS, SCENE
 from flag_sim.declarations.making import (
     air_of, cloth_of, hang_of, material_of, pole_of, stepping_of)
+from flag_sim.declarations.nodes import PHYSICS, SCENE
 from flag_sim.jit.kernels import compilations
 from flag_sim.parameters import checks
 from flag_sim.ros import messages

@@ -16,13 +16,13 @@
 import sys
 import time
 
-from flag_sim.declarations.catalogue import PLAYER
+from flag_sim.declarations.nodes import PLAYER
 from flag_sim.protocol.frames import Tag
 from flag_sim.ros.bag import RecordedTopics
 from flag_sim.ros.delivery import check_delivery, Delivery
 from flag_sim.ros.lifecycle import run
 from flag_sim.ros.messages import owed_alone
-from flag_sim.ros.parameter_node import BadParameter, DialNode
+from flag_sim.ros.parameter_node import BadParameter, ParameterNode
 from flag_sim.ros.recorded_frames import recorded_frames
 from flag_sim.ros.throttled_log import Refusals
 from flag_sim.ros.topics import publish
@@ -32,7 +32,7 @@ LOOK_AGAIN = 0.05  # how often lockstep looks for what is overdue [s]
 SOURCES = ('parameters', 'vertices')
 
 
-class Player(DialNode):
+class Player(ParameterNode):
     """
     Publishes the serialised messages of a bag as they are, in the bag's order.
 

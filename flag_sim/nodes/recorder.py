@@ -18,12 +18,12 @@ import datetime
 import sys
 import time
 
-from flag_sim.declarations.catalogue import RECORDER
+from flag_sim.declarations.nodes import RECORDER
 from flag_sim.protocol.frames import Arrival, FrameOrder
 from flag_sim.ros import messages
 from flag_sim.ros.bag import Bag
 from flag_sim.ros.lifecycle import run
-from flag_sim.ros.parameter_node import BadParameter, DialNode
+from flag_sim.ros.parameter_node import BadParameter, ParameterNode
 from flag_sim.ros.throttled_log import Refusals, Waiting
 from flag_sim.ros.topics import publish, publishers, subscribe, TOPICS
 from rcl_interfaces.msg import ParameterEvent
@@ -49,7 +49,7 @@ def check_single(names):
         raise BadParameter(f'topics: each is named once, but {doubles[0]!r} more often')
 
 
-class Recorder(DialNode):
+class Recorder(ParameterNode):
     """
     Writes every message once, at its own stamp, and says on `frame_done` which frames are safe.
 

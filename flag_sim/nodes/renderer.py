@@ -16,8 +16,8 @@
 import sys
 import time
 
-from flag_sim.declarations.catalogue import RENDERER, SCENE
 from flag_sim.declarations.making import look_of
+from flag_sim.declarations.nodes import RENDERER, SCENE
 from flag_sim.drawing import Picture
 from flag_sim.protocol.frames import Tag
 from flag_sim.ros import messages

@@ -19,7 +19,7 @@ import time
 from flag_sim.animation.tracks import SAME
 from flag_sim.animation.wind_source import Weather
 from flag_sim.declarations import keys
-from flag_sim.declarations.catalogue import WIND
+from flag_sim.declarations.nodes import WIND
 from flag_sim.protocol.clock import FrameClock
 from flag_sim.protocol.frames import next_take, Tag
 from flag_sim.protocol.missed_frames import Tally

@@ -18,7 +18,7 @@ import os
 import threading
 import time
 
-from flag_sim.parallel.waiting import wait_while
+from flag_sim.parallel.spinning import wait_while
 import numpy as np
 
 # To choose, each number of threads does this many frames; its fastest counts, for nothing else
@@ -28,7 +28,7 @@ ROUNDS = 6
 WORTH = 0.1
 
 
-class Crew:
+class ThreadPool:
     """
     A thread pool that runs work(band, bands) for all bands at once, one thread a band.
 
@@ -48,7 +48,7 @@ class Crew:
         self._most = max(self._counts, default=threads)
         self._amount = 1
         self.measure()
-        self._hire()
+        self._start()
 
     def measure(self):
         """Begin to choose, if the number is to be chosen: another kind of work follows."""
@@ -56,7 +56,7 @@ class Crew:
         self._alone, self._slow = None, 0
 
     def frame(self, amount):
-        """Return the crew, for a frame of so much work: times are compared per amount."""
+        """Return the pool, for a frame of so much work: times are compared per amount."""
         self._amount = amount
         return self
 
@@ -83,7 +83,7 @@ class Crew:
             if self._slow == ROUNDS:
                 self.measure()
 
-    def share(self, work, release=lambda: None):
+    def run_bands(self, work, release=lambda: None):
         """
         Call work(band, bands) for each band; return when all are done.
 
@@ -92,11 +92,11 @@ class Crew:
         """
         if self.threads == 1:
             return work(0, 1)
-        self._hire_after_fork()
+        self._start_after_fork()
         others = []
         try:
             for band in range(1, self.threads):
-                others.append(self._pool.submit(work, band, self.threads))
+                others.append(self._executor.submit(work, band, self.threads))
             work(0, self.threads)
         except BaseException:
             release()
@@ -105,7 +105,7 @@ class Crew:
             for other in others:
                 other.result()
 
-    def call(self):
+    def wake(self):
         """
         Wake the threads ahead of the frame's deals: nobody has to wait for them then.
 
@@ -113,12 +113,12 @@ class Crew:
         """
         if self.threads == 1:
             return
-        self._hire_after_fork()
+        self._start_after_fork()
         with self._lock:
             self._is_called = True
-            self._wake()
+            self._wake_sleepers()
 
-    def deal(self, work):
+    def parallel_for(self, work):
         """
         Call work(number) in all threads, which take pieces of work until none is left.
 
@@ -126,12 +126,12 @@ class Crew:
         """
         if self.threads == 1:
             return work(0)
-        self._hire_after_fork()
+        self._start_after_fork()
         deal = _Deal(work)
         with self._lock:
             self._deal = deal
             self._dealt[0] += 1
-            self._wake()
+            self._wake_sleepers()
         try:
             work(0)
         finally:
@@ -142,13 +142,13 @@ class Crew:
         if deal.error is not None:
             raise deal.error
 
-    def _wake(self):
+    def _wake_sleepers(self):
         """Let those who sleep attend; the lock is held."""
         for number in set(range(1, self.threads)) - self._awake:
             self._awake.add(number)
-            self._pool.submit(self._attend, number)
+            self._executor.submit(self._worker_loop, number)
 
-    def _attend(self, number):
+    def _worker_loop(self, number):
         """Work at what is dealt, as one thread, until nothing is for a while."""
         last = None
         while True:
@@ -174,15 +174,15 @@ class Crew:
                         self._awake.discard(number)
                         return
 
-    def _hire_after_fork(self):
+    def _start_after_fork(self):
         """Start threads anew in the child of a fork, which has this object but none of them."""
         if self._process != os.getpid():
-            self._hire()
+            self._start()
 
-    def _hire(self):
+    def _start(self):
         """Start all threads now, so that none can be missing when others wait for it."""
         self._process = os.getpid()
-        self._pool = None
+        self._executor = None
         # Under the lock: the deal that is on, if any; a count of changes; who is awake, and if
         # to stay so. Outside of frames all sleep: a system takes one who spins to be busy, and
         # then wakes it on the processor of who calls it, though another one is free.
@@ -190,11 +190,11 @@ class Crew:
         self._deal, self._dealt, self._awake = None, np.zeros(1, np.int64), set()
         self._is_called = False
         if self._most > 1:
-            self._pool = ThreadPoolExecutor(self._most - 1, 'crew')
+            self._executor = ThreadPoolExecutor(self._most - 1, 'flag_sim')
             here = threading.Barrier(self._most)
             try:
                 for _ in range(self._most - 1):
-                    self._pool.submit(here.wait)
+                    self._executor.submit(here.wait)
                 here.wait()
             except RuntimeError:
                 here.abort()

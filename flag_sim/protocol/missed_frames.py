@@ -24,7 +24,8 @@ class Tally:
     """
     Counts a wind's frames, and tells of those that were missed.
 
-    node: the wind, which has the dial wait_for; flight: its Delivery. frames: a Counter of those
+    node: the wind, which has the parameter wait_for; flight: its Delivery. frames: a Counter of
+    those
     that were `sent`, that were `skipped`, when time went by without them, and that were left
     `undone`, when others were too slow.
     """

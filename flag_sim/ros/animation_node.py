@@ -17,7 +17,7 @@ from flag_sim.declarations import keys
 from flag_sim.parameters.params_file import check_path, save_parameters
 from flag_sim.ros.companions import Companions
 from flag_sim.ros.parameter_groups import GroupParameterService
-from flag_sim.ros.parameter_node import DialNode, to_parameter
+from flag_sim.ros.parameter_node import ParameterNode, to_parameter
 
 
 def is_part(name):
@@ -25,7 +25,7 @@ def is_part(name):
     return name.startswith(('tracks', 'keys.', 'events.'))
 
 
-class AnimationNode(DialNode):
+class AnimationNode(ParameterNode):
     """
     Reads its `timeline` from its parameters, at the start and whenever they change.
 
@@ -33,10 +33,10 @@ class AnimationNode(DialNode):
     Derived nodes say in `apply` what else changes, and call this one's.
     """
 
-    def __init__(self, name, dials):
+    def __init__(self, name, declarations):
         self._read = None, None  # the parts that were read last, and their Timeline
         self._warned = set()     # the tracks whose present keys have been warned of
-        super().__init__(name, dials, allow_undeclared_parameters=True,
+        super().__init__(name, declarations, allow_undeclared_parameters=True,
                          start_parameter_services=False)
         self.timeline = self._timeline_of(self.values)
         self._warn_of_keys()
@@ -70,7 +70,7 @@ class AnimationNode(DialNode):
                                           'tracks, so it is not played')
 
     def accept(self, name, value):
-        """Accept keys beside the dials, and a path only if it can be written."""
+        """Accept keys beside the parameters, and a path only if it can be written."""
         if keys.is_key_name(name):
             return keys.accept_keys(name, value)
         value = super().accept(name, value)
@@ -79,7 +79,7 @@ class AnimationNode(DialNode):
         return value
 
     def item_of(self, name):
-        """Return the type of what a list of keys holds; of others as their dials say."""
+        """Return the type of what a list of keys holds; of others as their parameters say."""
         return keys.item_of(name) if keys.is_key_name(name) else super().item_of(name)
 
     def check_deletion(self, name):

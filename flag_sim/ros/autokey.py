@@ -57,7 +57,7 @@ class Autokey:
 
 def _is_keyed(track):
     try:
-        keys.target_dial(track)
+        keys.target_declaration(track)
     except ValueError:
         return False
     return True

@@ -28,7 +28,7 @@ SILENT = ('wind', 'physics', 'player')
 
 
 def check_delivery(values):
-    """Raise ValueError if frames sent by the dials `values` {name: value} would never be done."""
+    """Raise ValueError if frames sent by the parameters {name: value} would never be done."""
     if values['pace'] == 'lockstep' and not values['wait_for']:
         raise ValueError('pace lockstep needs at least one node in wait_for')
     for name in values['wait_for']:
@@ -46,7 +46,7 @@ class Delivery(Flight):
     """
     The frames in flight of a node that sends frames.
 
-    node: has the dial resend_after. send_again(frame): sends a frame in flight once more.
+    node: has the parameter resend_after. send_again(frame): sends a frame in flight once more.
     on_done(): called when all have done a frame. answered: whether that has ever happened.
     """
 

@@ -19,12 +19,12 @@ import time
 from flag_sim.protocol.frames import Arrival, FrameOrder
 from flag_sim.ros import messages
 from flag_sim.ros.diagnostics import compute_time, ERROR, OK, Readout
-from flag_sim.ros.parameter_node import DialNode
+from flag_sim.ros.parameter_node import ParameterNode
 from flag_sim.ros.throttled_log import Refusals
 from flag_sim.ros.topics import subscribe
 
 
-class FrameServer(DialNode):
+class FrameServer(ParameterNode):
     """
     Serves frames in their order, and a frame that comes again with the answer that it kept.
 
@@ -32,8 +32,8 @@ class FrameServer(DialNode):
     `status` tells people how they are doing.
     """
 
-    def __init__(self, name, dials):
-        super().__init__(name, dials)
+    def __init__(self, name, declarations):
+        super().__init__(name, declarations)
         self._order = FrameOrder()
         self._inputs = {}   # (wind, values) by tag, of frames that may yet be served
         self._answers = {}  # (index, answer) by stamp, of frames that may be asked for again
@@ -61,7 +61,7 @@ class FrameServer(DialNode):
         return True
 
     def work(self, tag, wind, values):
-        """Return the frame's answer, given the wind [m/s] and this frame's values of the dials."""
+        """Return the frame's answer, given the wind [m/s] and this frame's {parameter: value}."""
         raise NotImplementedError
 
     def answer(self, stamp, answer):
@@ -90,7 +90,7 @@ class FrameServer(DialNode):
         self.take_frame(tag, wind, values, bytes(info['publisher_gid']['data']))
 
     def _values_of_frame(self, keyed):
-        """Return the keyed values that are this node's own, checked against its dials."""
+        """Return the keyed values that are this node's own, checked against its parameters."""
         prefix = f'{self.get_name()}.'
         own = {name.removeprefix(prefix): value for name, value in keyed.items()
                if name.startswith(prefix)}

@@ -21,7 +21,7 @@ from flag_sim.animation.timeline import Timeline
 from flag_sim.animation.tracks import Track
 from flag_sim.animation.wind_source import Weather
 from flag_sim.animation.wind_vector import Passage, wind_vector
-from flag_sim.declarations.catalogue import NODES
+from flag_sim.declarations.nodes import defaults
 import numpy as np
 import pytest
 
@@ -154,11 +154,11 @@ class CountedTrack(Track):
 
 def weather_values(**changes):
     """Return the wind's values, changed."""
-    return {**{dial.name: dial.default for dial in NODES['wind']},
+    return {**defaults('wind'),
             **{name.replace('__', '.'): value for name, value in changes.items()}}
 
 
-def test_a_dial_that_is_turned_after_a_week_without_gusts_has_no_past_to_catch_up():
+def test_a_parameter_that_is_turned_after_a_week_without_gusts_has_no_past_to_catch_up():
     """Neither the one that is turned nor the gusts that it may bring."""
     speed = CountedTrack([0.0, 9.0], [2.0, 12.0])
     timeline = Timeline({'wind.speed': speed}, loop=True)
@@ -172,8 +172,8 @@ def test_a_dial_that_is_turned_after_a_week_without_gusts_has_no_past_to_catch_u
     assert 64 < speed.asked < 90  # gusts are carried from here on
 
 
-def test_turning_a_dial_changes_no_gust_that_is_in_the_air():
-    """The wind goes on from where it is; other dials than the weather's leave it as it is."""
+def test_turning_a_parameter_changes_no_gust_that_is_in_the_air():
+    """The wind goes on from where it is; other parameters than the weather's leave it as it is."""
     values, timeline = weather_values(gust__intensity=0.3), Timeline({})
     weather = Weather(values, timeline)
     assert weather.turned({**values, 'paused': True, 'rate': 50.0}, timeline, 3.21) is weather

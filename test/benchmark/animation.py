@@ -27,7 +27,7 @@ import time
 
 from flag_sim.animation.wind_source import Weather
 from flag_sim.declarations import keys
-from flag_sim.declarations.catalogue import NODES
+from flag_sim.declarations.nodes import defaults, NODES
 from flag_sim.parameters.arguments import given_path
 from flag_sim.protocol.frames import Tag
 from flag_sim.ros import messages
@@ -43,18 +43,18 @@ LAWS = ('linear', 'ease', 'cubic', 'step')
 
 def animation():
     """Return the wind's values with keys for the first tracks that can be keyed."""
-    values = {dial.name: dial.default for dial in NODES['wind']}
+    values = defaults('wind')
     values.update({'tracks': [], 'gust.intensity': 0.2})
     source = np.random.default_rng(1)
     times = np.cumsum(source.uniform(0.1, 0.5, KEYS)).tolist()
     for node in ('renderer', 'physics', 'wind'):
-        for dial in NODES[node]:
-            name = f'{node}.{dial.name}'
+        for declaration in NODES[node]:
+            name = f'{node}.{declaration.name}'
             if len(values['tracks']) == TRACKS or not is_number(name):
                 continue
-            low, high = max(dial.low, -100.0), min(dial.high, 100.0)
-            keyed = source.uniform(low, high, KEYS * (dial.length or 1))
-            if isinstance(dial.default, int):
+            low, high = max(declaration.low, -100.0), min(declaration.high, 100.0)
+            keyed = source.uniform(low, high, KEYS * (declaration.length or 1))
+            if isinstance(declaration.default, int):
                 keyed = np.round(keyed)
             values['tracks'].append(name)
             values[keys.key_name(name, 'times')] = times
@@ -67,7 +67,7 @@ def animation():
 def is_number(track):
     """Return whether a track can be made of a parameter, and interpolates."""
     try:
-        return keys.target_dial(track).low is not None
+        return keys.target_declaration(track).low is not None
     except ValueError:
         return False
 

@@ -14,7 +14,7 @@
 
 """Tracks as parameters: what is read, what is refused, and how keys are put in."""
 from flag_sim.declarations import keys
-from flag_sim.declarations.catalogue import NODES
+from flag_sim.declarations.nodes import defaults, named
 from flag_sim.parameters.params_file import check_path, save_parameters
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ import yaml
 
 def wind_values(**tracks):
     """Return the wind's default values with tracks {name: (times, values, laws or None)}."""
-    values = {dial.name: dial.default for dial in NODES['wind']}
+    values = defaults('wind')
     values['tracks'] = [name.replace('__', '.') for name in tracks]
     for name, parts in tracks.items():
         for part, value in zip(keys.PARTS, parts):

@@ -63,20 +63,20 @@ def test_the_same_picture_where_vertices_are_shared_too():
 
 def test_threads_are_awake_in_a_frame_alone():
     # One waking a frame: they stay for the next deal, and sleep when the frame is over.
-    workers, called = thread_pool.Crew(2), []
+    pool, called = thread_pool.ThreadPool(2), []
 
     def work(number):
         called.append(number)
         while len(called) % 2:  # until the other one is here
             time.sleep(1e-4)
 
-    with workers:
-        workers.call()
+    with pool:
+        pool.wake()
         for _ in range(5):
-            workers.deal(work)
+            pool.parallel_for(work)
     assert sorted(called) == [0] * 5 + [1] * 5
-    workers._pool.submit(int).result(10.0)  # its only thread is free again
-    assert workers._awake == set()
+    pool._executor.submit(int).result(10.0)  # its only thread is free again
+    assert pool._awake == set()
 
 
 def test_bands_hold_whole_tiles():
@@ -90,15 +90,15 @@ def test_the_choice(monkeypatch, seconds, chosen):
     now = [0.0]
     monkeypatch.setattr(thread_pool.os, 'sched_getaffinity', lambda process: range(4))
     monkeypatch.setattr(thread_pool.time, 'perf_counter', lambda: now[0])
-    workers = thread_pool.Crew(0)
+    pool = thread_pool.ThreadPool(0)
     drawn = []
     for number in range(30):
-        with workers:
-            drawn.append(workers.threads)
+        with pool:
+            drawn.append(pool.threads)
             # Now and then something else holds a frame up.
-            now[0] += seconds[workers.threads] * (3.0 if number % 4 == 0 else 1.0)
+            now[0] += seconds[pool.threads] * (3.0 if number % 4 == 0 else 1.0)
     assert set(drawn[:-3]) == {1, 2, 4}
-    assert workers.threads == chosen
+    assert pool.threads == chosen
 
 
 def test_an_error_in_a_thread_is_not_lost():
@@ -106,16 +106,16 @@ def test_an_error_in_a_thread_is_not_lost():
         if band == 1:
             raise ValueError('of the second band')
     with pytest.raises(ValueError, match='second'):
-        thread_pool.Crew(2).share(work)
+        thread_pool.ThreadPool(2).run_bands(work)
     with pytest.raises(ValueError, match='second'):
-        thread_pool.Crew(2).deal(lambda number: time.sleep(0.05) or work(number, 2))
+        thread_pool.ThreadPool(2).parallel_for(lambda number: time.sleep(0.05) or work(number, 2))
 
 
 def test_who_comes_late_is_not_waited_for():
     # One that is busy elsewhere, as where a processor has other things to do.
-    workers, called, is_over = thread_pool.Crew(2), [], threading.Event()
-    busy = workers._pool.submit(is_over.wait, 10.0)
-    workers.deal(called.append)
+    pool, called, is_over = thread_pool.ThreadPool(2), [], threading.Event()
+    busy = pool._executor.submit(is_over.wait, 10.0)
+    pool.parallel_for(called.append)
     is_over.set()
     busy.result()
     assert called == [0]
@@ -134,6 +134,6 @@ def test_pieces_are_dealt_once_each():
     deal_all(taken, times[:0])
     taken[:] = 0
     # The threads' own places in `times` never overlap, if each piece is dealt to one alone.
-    thread_pool.Crew(4).deal(lambda number: deal_all(taken, times))
+    thread_pool.ThreadPool(4).parallel_for(lambda number: deal_all(taken, times))
     np.testing.assert_array_equal(times, 1)
     assert taken[0] > times.size

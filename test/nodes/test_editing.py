@@ -15,7 +15,7 @@
 """An animation that is edited while it plays: what is taken, what is refused, what goes on."""
 import math
 
-from flag_sim.declarations.catalogue import WIND
+from flag_sim.declarations.nodes import WIND
 from flag_sim.ros.messages import read_parameters
 from flag_sim.tools.graph import Graph
 import numpy as np
@@ -102,11 +102,11 @@ def test_what_cannot_be_played_is_refused_and_the_animation_goes_on(played, name
 
 
 def test_no_number_may_be_none(played):
-    """Each dial of the wind that is a number refuses NaN and infinity."""
-    for dial in WIND:
-        if type(dial.default) in (int, float):
+    """Each parameter of the wind that is a number refuses NaN and infinity."""
+    for declaration in WIND:
+        if type(declaration.default) in (int, float):
             for value in (math.nan, math.inf, -math.inf):
-                result = played.watcher.put(played.client, dial.name, value)
+                result = played.watcher.put(played.client, declaration.name, value)
                 assert not result.successful and f'not {value}' in result.reason
     played.assert_goes_on()
 
@@ -125,7 +125,7 @@ def test_a_group_with_a_fault_changes_nothing(played, way):
 
 @pytest.mark.parametrize('way', ['load', 'put_atomically'])
 def test_tracks_are_set_replaced_and_removed_while_they_play(tmp_path, domain, way):
-    """Lists of other lengths count at once, and a removed track leaves the dial's own value."""
+    """Lists of other lengths count at once, and a removed track leaves the parameter's value."""
     with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
         played = Played(graph, watcher)
         put = getattr(watcher, way)

@@ -19,7 +19,7 @@ import subprocess
 import sys
 
 from flag_sim.declarations import keys
-from flag_sim.declarations.catalogue import NODES, SCENE
+from flag_sim.declarations.nodes import defaults, named, NODES, SCENE
 from flag_sim.ros.topics import TOPICS
 import numpy as np
 import pytest
@@ -28,32 +28,33 @@ import yaml
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / 'README.md').read_text()
 PARAMETERS = (ROOT / 'docs' / 'parameters.md').read_text()
-GROUPS = {'scene': SCENE, **{node: [dial for dial in dials if dial not in SCENE]
-                             for node, dials in NODES.items()}}
+GROUPS = {'scene': SCENE, **{node: [one for one in declarations if one not in SCENE]
+                             for node, declarations in NODES.items()}}
 
 
-def rows_of(dials):
-    """Return the table rows for some dials."""
-    for dial in dials:
-        default = ', '.join(str(v) for v in dial.default) if dial.is_list else dial.default
+def rows_of(declarations):
+    """Return the table rows for some parameters."""
+    for declaration in declarations:
+        default = declaration.default
+        default = ', '.join(map(str, default)) if declaration.is_list else default
         if isinstance(default, float):
             default = f'{default:.4g}'
         if isinstance(default, bool):
             default = str(default).lower()
-        if dial.choices:
-            legal = ', '.join(map(str, dial.choices))
-        elif dial.low is None:
+        if declaration.choices:
+            legal = ', '.join(map(str, declaration.choices))
+        elif declaration.low is None:
             legal = ''
         else:
-            digits = 'd' if isinstance(dial.default, int) else '.4g'
-            legal = f'{dial.low:{digits}} to {dial.high:{digits}}'
-        yield (f'| `{dial.name}` | {default if default != "" else "(empty)"} | {legal} '
-               f'| {dial.unit} | {dial.effect} |')
+            digits = 'd' if isinstance(declaration.default, int) else '.4g'
+            legal = f'{declaration.low:{digits}} to {declaration.high:{digits}}'
+        yield (f'| `{declaration.name}` | {default if default != "" else "(empty)"} | {legal} '
+               f'| {declaration.unit} | {declaration.effect} |')
 
 
 @pytest.mark.parametrize('group', GROUPS)
 def test_the_table_of_parameters_is_the_codes(group):
-    """Every dial has its row, word for word, and there are no others."""
+    """Every parameter has its row, word for word, and there are no others."""
     section = re.search(rf'## {group}\n(.*?)(?=\n#|\Z)', PARAMETERS, re.DOTALL)
     assert section, f'no section {group}'
     rows = [row for row in section[1].splitlines() if row.startswith('| `')]
@@ -78,19 +79,19 @@ def test_the_library_example_runs(tmp_path):
 def test_params_files_name_real_parameters(path):
     """Every value in config/ is one that its node accepts, in whatever namespace it is."""
     for node, content in yaml.safe_load(path.read_text()).items():
-        dials = {dial.name: dial for dial in NODES[node.removeprefix('/**/')]}
+        declarations = named(node.removeprefix('/**/'))
         for name, value in content['ros__parameters'].items():
             if not name.startswith('keys.'):
-                dials[name].accept(value)
+                declarations[name].accept(value)
         if node == '/**/wind':
-            values = {name: dial.default for name, dial in dials.items()}
+            values = {name: declaration.default for name, declaration in declarations.items()}
             keys.read_timeline({**values, **content['ros__parameters']})
 
 
 KEYFRAMES = (ROOT / 'docs' / 'keyframes.md').read_text()
 EXAMPLES = [yaml.safe_load(block)['/wind']['ros__parameters']
             for block in re.findall(r'```yaml\n(.*?)```', README + KEYFRAMES, re.DOTALL)]
-DEFAULTS = {dial.name: dial.default for dial in NODES['wind']}
+DEFAULTS = defaults('wind')
 
 
 @pytest.mark.parametrize('example', EXAMPLES, ids=lambda example: example['tracks'][0])

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The crew's choice among numbers of threads, and what happens when one cannot work."""
+"""The pool's choice among numbers of threads, and what happens when one cannot work."""
 from flag_sim.parallel import thread_pool
 import pytest
 
@@ -28,45 +28,45 @@ def clock(monkeypatch):
     return now
 
 
-def work(workers, now, seconds, frames, amount=1):
+def work(pool, now, seconds, frames, amount=1):
     """Do frames that last seconds {threads: s} for each amount; return the numbers taken."""
     taken = []
     for _ in range(frames):
-        with workers.frame(amount):
-            taken.append(workers.threads)
-            now[0] += amount * seconds[workers.threads]
+        with pool.frame(amount):
+            taken.append(pool.threads)
+            now[0] += amount * seconds[pool.threads]
     return taken
 
 
 def test_a_choice_is_made_per_amount_of_work(clock):
     """Frames of a hundred steps and of one are compared by the step."""
-    workers = thread_pool.Crew(0)
+    pool = thread_pool.ThreadPool(0)
     seconds = {1: 1.0, 2: 0.6, 4: 0.8}
     for amount in (100, 1) * (3 * ROUNDS // 2):
-        work(workers, clock, seconds, 1, amount)
-    assert work(workers, clock, seconds, 5) == [2] * 5
+        work(pool, clock, seconds, 1, amount)
+    assert work(pool, clock, seconds, 5) == [2] * 5
 
 
 def test_threads_that_are_in_one_anothers_way_are_given_up(clock):
     """When the machine is busy, a frame by two is slower than by one; then one does it."""
-    workers = thread_pool.Crew(0)
+    pool = thread_pool.ThreadPool(0)
     idle, busy = {1: 1.0, 2: 0.6, 4: 0.8}, {1: 1.1, 2: 9.0, 4: 30.0}
-    work(workers, clock, idle, 3 * ROUNDS)
+    work(pool, clock, idle, 3 * ROUNDS)
     # Single slow frames are nothing.
-    assert work(workers, clock, busy, ROUNDS - 1) == [2] * (ROUNDS - 1)
-    assert work(workers, clock, idle, 2) == [2] * 2
-    assert work(workers, clock, busy, ROUNDS) == [2] * ROUNDS
-    assert set(work(workers, clock, busy, 3 * ROUNDS)) == {1, 2, 4}
-    assert work(workers, clock, busy, 20) == [1] * 20
+    assert work(pool, clock, busy, ROUNDS - 1) == [2] * (ROUNDS - 1)
+    assert work(pool, clock, idle, 2) == [2] * 2
+    assert work(pool, clock, busy, ROUNDS) == [2] * ROUNDS
+    assert set(work(pool, clock, busy, 3 * ROUNDS)) == {1, 2, 4}
+    assert work(pool, clock, busy, 20) == [1] * 20
 
 
 def test_another_work_is_another_choice(clock):
     """Measure again on demand; a given number of threads is never changed."""
-    workers, given = thread_pool.Crew(0), thread_pool.Crew(3)
-    work(workers, clock, {1: 1.0, 2: 0.6, 4: 0.8}, 3 * ROUNDS)
-    workers.measure(), given.measure()
-    work(workers, clock, {1: 1.0, 2: 1.6, 4: 0.5}, 3 * ROUNDS)
-    assert (workers.threads, given.threads) == (4, 3)
+    pool, given = thread_pool.ThreadPool(0), thread_pool.ThreadPool(3)
+    work(pool, clock, {1: 1.0, 2: 0.6, 4: 0.8}, 3 * ROUNDS)
+    pool.measure(), given.measure()
+    work(pool, clock, {1: 1.0, 2: 1.6, 4: 0.5}, 3 * ROUNDS)
+    assert (pool.threads, given.threads) == (4, 3)
     assert work(given, clock, {3: 1.0}, 20) == [3] * 20
 
 
@@ -80,7 +80,7 @@ def test_those_who_wait_are_released_when_one_cannot_come():
         assert told.wait(60.0)
 
     with pytest.raises(ValueError, match='cannot come'):
-        thread_pool.Crew(3).share(wait, told.set)
+        thread_pool.ThreadPool(3).run_bands(wait, told.set)
     assert told.is_set()
 
 
@@ -95,4 +95,4 @@ def test_a_system_without_threads_left_is_an_error_at_the_start(monkeypatch):
 
     monkeypatch.setattr(thread_pool, 'ThreadPoolExecutor', NoThreads)
     with pytest.raises(RuntimeError, match='new thread'):
-        thread_pool.Crew(4)
+        thread_pool.ThreadPool(4)

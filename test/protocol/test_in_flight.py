@@ -16,7 +16,7 @@
 import importlib
 import inspect
 
-from flag_sim.declarations.catalogue import NODES
+from flag_sim.declarations.nodes import NODES
 from flag_sim.protocol.frames import Tag
 from flag_sim.protocol.in_flight import Flight
 from flag_sim.ros.delivery import check_delivery

@@ -22,7 +22,7 @@ import sys
 import time
 
 from builtin_interfaces.msg import Time
-from flag_sim.declarations.catalogue import NODES
+from flag_sim.declarations.nodes import NODES
 from flag_sim.ros.bag import Bag
 from flag_sim.ros.messages import to_stamp
 from flag_sim.tools.graph import Graph

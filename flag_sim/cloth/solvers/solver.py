@@ -19,9 +19,9 @@ import math
 from flag_sim.cloth.forces import Work
 from flag_sim.cloth.stability import frequency_bound
 from flag_sim.parallel.barrier import new_barrier, release
-from flag_sim.parallel.thread_pool import Crew
+from flag_sim.parallel.thread_pool import ThreadPool
 
-ALONE = Crew(1)
+ALONE = ThreadPool(1)
 
 
 class Solver:
@@ -60,16 +60,16 @@ class Solver:
         """Return the Contact of the last steps, whose held says what the attachment did."""
         return self._work.contact
 
-    def advance(self, state, spare, forcing, dt, count, crew=ALONE):
+    def advance(self, state, spare, forcing, dt, count, pool=ALONE):
         """
         Take count steps of dt [s] from state; return the one of the two that holds the result.
 
-        Both are written to, in turn. The crew's threads share the nodes, if the method lets them;
+        Both are written to, in turn. The pool's threads share the nodes, if the method lets them;
         the result is the same to the bit for any number of them.
         """
         model = self.model
         number = model.mesh.number
-        bands = crew.threads if self.is_shared else 1
+        bands = pool.threads if self.is_shared else 1
         barrier = new_barrier(bands)
         work = self._work._replace(barrier=barrier)
         work.contact.held[...] = 0.0
@@ -84,5 +84,5 @@ class Solver:
         if bands == 1:
             take(0, 1)
         else:
-            crew.share(take, functools.partial(release, barrier))
+            pool.run_bands(take, functools.partial(release, barrier))
         return spare if count % 2 else state
