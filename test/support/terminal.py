@@ -71,7 +71,7 @@ class Terminal:
         elif first == '.venv/bin/python':
             python(words)
         elif first == 'export':
-            export(*words)
+            export(command)
         elif first == 'ros2':
             getattr(self, f'_{words[0]}')(*words[1:])
         else:
@@ -184,7 +184,7 @@ class Terminal:
 def make(words):
     """Assert that make has the targets, and that the programs that they start answer."""
     done = subprocess.run(['make', '-n', *words], cwd=ROOT, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+    assert done.returncode == 0 and 'Nothing to be done' not in done.stdout, done
     for line in done.stdout.replace('\\\n', ' ').splitlines():
         parts = shlex.split(line)
         programs = [n for n, part in enumerate(parts) if part.startswith('.venv')
@@ -210,10 +210,10 @@ def python(words, answered={}):  # noqa: B006, for programs are asked once only
         assert not word.startswith('--') or word in answered[program], word
 
 
-def export(assignment):
-    """Assert that the file exists that a variable is set to."""
-    _, _, path = assignment.partition('=$(ros2 pkg prefix flag_sim)/share/flag_sim/')
-    assert (ROOT / path).is_file(), assignment
+def export(command):
+    """Assert that the file of the package exists that a variable is set to."""
+    _, _, path = command.partition('=$(ros2 pkg prefix flag_sim)/share/flag_sim/')
+    assert (ROOT / path).is_file(), command
 
 
 def camera_stands(options):
