@@ -15,7 +15,7 @@
 """What the cloth is made of, and the air around it."""
 from dataclasses import dataclass
 
-from flag_sim.cloth.pressure import GREATEST_RATE, LAWS
+from flag_sim.cloth.pressure import DRAG_LAWS, GREATEST_RATE
 from flag_sim.parameters.declared import Declared, declared
 
 
@@ -64,7 +64,7 @@ class Air(Declared):
     density: float = declared(1.2, 'density of the air', 'kg/m3', 0.0, 1000.0)
     drag_coefficient: float = declared(1.17, 'drag of the faces across the wind', '', 0.0, 100.0)
     law: str = declared('quadratic', 'how the force on a face grows with the wind across it',
-                        choices=tuple(LAWS))
+                        choices=tuple(DRAG_LAWS))
 
     @property
     def drag(self):

@@ -20,7 +20,7 @@ from flag_sim.cloth import Cloth
 from flag_sim.declarations.physics import AIR, GRID, MATERIAL, OPTIONS, STEPPING
 from flag_sim.declarations.renderer import CAMERA, LIGHT, STYLE, SURFACES
 from flag_sim.declarations.scene import DIMENSIONS
-from flag_sim.drawing import Camera, Light, Materials, Scene, Style
+from flag_sim.drawing import Camera, Dimensions, Light, Materials, Style
 
 Values = Mapping[str, object]
 
@@ -62,7 +62,7 @@ class Look(NamedTuple):
     camera: Camera
     light: Light
     materials: Materials
-    scene: Scene
+    dimensions: Dimensions
     style: Style
 
 

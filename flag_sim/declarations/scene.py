@@ -14,14 +14,14 @@
 
 """Parameters of the scene, which physics and renderer share."""
 from flag_sim.cloth.mesh import SHORTEST_SIDE
-from flag_sim.drawing import Scene
+from flag_sim.drawing import Dimensions
 from flag_sim.drawing.shapes import check_hole
 from flag_sim.parameters import checks
 from flag_sim.parameters.declaration import Declaration
 from flag_sim.parameters.declared import Group
 
 
-DIMENSIONS = Group(Scene())
+DIMENSIONS = Group(Dimensions())
 POLE_FIELDS = ('pole_height', 'pole_diameter')
 PLATFORM_FIELDS = ('platform_side', 'platform_height')
 

@@ -16,14 +16,14 @@
 import inspect
 
 from flag_sim.cloth import Air, Cloth, Material, Stepping
-from flag_sim.cloth.material import LAWS
+from flag_sim.cloth.material import DRAG_LAWS
 from flag_sim.cloth.mesh import PRECISIONS
 from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.declarations.making import air_of, cloth_of, hang_of, look_of, material_of
 from flag_sim.declarations.making import stepping_of
 from flag_sim.declarations.nodes import defaults, named
 from flag_sim.declarations.physics import GRID, OPTIONS
-from flag_sim.drawing import Camera, Light, Materials, Scene, Style, Surface
+from flag_sim.drawing import Camera, Dimensions, Light, Materials, Style, Surface
 from flag_sim.drawing.style import SAMPLES
 import pytest
 
@@ -35,8 +35,8 @@ MAKES = {  # a parameter, a value, and the part of the look that is no longer as
     'ambient': (0.1, 'light', Light(ambient=0.1)),
     'flag.transmission': (0.5, 'materials', Materials(flag=Surface(RED, transmission=0.5))),
     'pole.color': ([1.0, 2.0, 3.0], 'materials', Materials(pole=Surface((1.0, 2.0, 3.0)))),
-    'platform.height': (0.5, 'scene', Scene(platform_height=0.5)),
-    'pole.visible': (False, 'scene', Scene(pole_visible=False)),
+    'platform.height': (0.5, 'dimensions', Dimensions(platform_height=0.5)),
+    'pole.visible': (False, 'dimensions', Dimensions(pole_visible=False)),
     'samples': (4, 'style', Style(samples=4)),
 }
 
@@ -51,7 +51,7 @@ def test_every_solver_law_precision_and_number_of_samples_can_be_chosen():
     """The choices of the node are those of the library."""
     physics = named('physics')
     assert set(physics['solver'].choices) == set(SOLVERS)
-    assert set(physics['air.law'].choices) == set(LAWS)
+    assert set(physics['air.law'].choices) == set(DRAG_LAWS)
     assert physics['precision'].choices == PRECISIONS
     renderer = named('renderer')
     assert renderer['samples'].choices == SAMPLES
@@ -67,7 +67,7 @@ def test_defaults_are_those_of_the_library():
     for argument, default in {**GRID.arguments(physics), **OPTIONS.arguments(physics)}.items():
         assert cloth[argument].default == default, argument
     renderer = defaults('renderer')
-    assert look_of(renderer) == (Camera(), Light(), Materials(), Scene(), Style())
+    assert look_of(renderer) == (Camera(), Light(), Materials(), Dimensions(), Style())
 
 
 @pytest.mark.parametrize('declaration', MAKES)
