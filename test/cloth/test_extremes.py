@@ -21,7 +21,7 @@ from flag_sim.cloth.divergence import MAX_SPEED
 from flag_sim.cloth.energy import bending_energy, elastic_energy, kinetic_energy
 from flag_sim.cloth.mesh import PRECISIONS
 from flag_sim.cloth.model import Model
-from flag_sim.cloth.pressure import LAWS
+from flag_sim.cloth.pressure import DRAG_LAWS
 from flag_sim.cloth.solvers import SOLVERS
 import numpy as np
 import pytest
@@ -49,7 +49,7 @@ def random_parameters(rng, rows, columns, length, width):
 
 def random_air(rng):
     """Return air of any law, as thick and as rough as the node's parameters go and far thinner."""
-    return Air(10.0**rng.uniform(-3.0, 3.0), 10.0**rng.uniform(-2.0, 2.0), rng.choice(list(LAWS)))
+    return Air(10.0**rng.uniform(-3.0, 3.0), 10.0**rng.uniform(-2.0, 2.0), rng.choice(list(DRAG_LAWS)))
 
 
 def random_wind(rng):

@@ -19,7 +19,7 @@ import math
 import re
 
 from flag_sim.cloth import Cloth
-from flag_sim.cloth.material import Air, LAWS, Material
+from flag_sim.cloth.material import Air, DRAG_LAWS, Material
 from flag_sim.cloth.mesh import PRECISIONS
 from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.cloth.stability import Stepping
@@ -148,7 +148,7 @@ def test_every_solver_law_precision_and_number_of_samples_can_be_chosen():
     """The choices of the node are those of the library."""
     physics = named('physics')
     assert set(physics['solver'].choices) == set(SOLVERS)
-    assert set(physics['air.law'].choices) == set(LAWS)
+    assert set(physics['air.law'].choices) == set(DRAG_LAWS)
     assert physics['precision'].choices == PRECISIONS
     renderer = named('renderer')
     assert renderer['samples'].choices == SAMPLES
