@@ -60,8 +60,8 @@ def random_wind(rng):
 
 def reach(cloth):
     """Return the greatest distance of a node from its row's beginning, over that at rest."""
-    spans = np.linalg.norm(cloth.positions - cloth.positions[:, :1], axis=-1)[:, 1:]
-    return np.max(spans / (cloth.mesh.dx * np.arange(1, cloth.mesh.columns)))
+    reaches = np.linalg.norm(cloth.positions - cloth.positions[:, :1], axis=-1)[:, 1:]
+    return np.max(reaches / (cloth.mesh.dx * np.arange(1, cloth.mesh.columns)))
 
 
 def greatest_energy(cloth, dt, wind):
@@ -123,7 +123,7 @@ def test_random_extremes_stay_bounded(solver, part, precision):
     Finite, within reach of the hoist, and no faster than wind and weight can make them.
 
     The parameters change twice on the way. A frame may be refused for its speed only where the
-    letter of 1.3, whose push nothing weakens, can make a node so fast; it then leaves all as it
+    letter of 1.3, which nothing weakens, can make a node so fast; it then leaves all as it
     was.
     """
     rng = np.random.default_rng(part)

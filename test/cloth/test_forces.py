@@ -165,7 +165,7 @@ def test_collapsed_springs_and_faces_give_zero_not_nan(mesh):
 
 
 def test_a_flag_stays_to_the_bit_in_a_plane_that_holds_wind_and_gravity(precision):
-    """Nothing pushes a flat flag out of the plane of the wind: unstable, but an equilibrium."""
+    """No force takes a flat flag out of the plane of the wind: unstable, but an equilibrium."""
     mesh = Mesh(6, 8, 1.2, 0.8, precision=precision)
     model = Model(mesh, Material())
     positions, velocities = crumpled(mesh, size=0.1)

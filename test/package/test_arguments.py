@@ -34,7 +34,7 @@ def functions(tree, prefix=''):
     """Return (name, node) of all functions of a tree, with the classes and functions around."""
     found = []
     for node in ast.iter_child_nodes(tree):
-        name = prefix + getattr(node, 'name', '')
+        name = prefix + (getattr(node, 'name', None) or '')
         if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
             found.append((name, node))
         inside = isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef))

@@ -22,6 +22,7 @@ from flag_sim.cloth.forces import set_forces, Work
 from flag_sim.cloth.model import Model
 from flag_sim.cloth.records import Nodes
 from flag_sim.cloth.solvers.symplectic import Symplectic
+from flag_sim.cloth.stepper import Stepper
 from flag_sim.declarations.making import hang_of
 from flag_sim.study.measures.reference import on_grid
 from flag_sim.study.measures.settings import changed, defaults, Settings
@@ -80,9 +81,9 @@ class TrueWindCloth(Cloth):
                    precision=cloth.precision)
 
     def _remodel(self, mesh, material, solver_name):
-        """Make the solver; plans, which make another for a softened model, keep its type."""
+        """Take a mesh and a material, and step by TrueWind whatever the name."""
         super()._remodel(mesh, material, solver_name)
-        self._solver = TrueWind(self._solver.model)
+        self._stepper = Stepper(mesh, material, TrueWind)
 
 
 class Term(NamedTuple):
