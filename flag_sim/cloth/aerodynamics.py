@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-The wind on the faces (1.3), shared out to the nodes (1.4).
+The wind on the faces (1.3), spread over their nodes (1.4).
 
 Each cell is cut into an upper face, whose right angle is the cell's upper hoist corner, and a
 lower face opposite. Where the source text has F = n (n . w), a face here feels the pressure of
@@ -76,8 +76,8 @@ def set_face_forces(nodes: Nodes, wind: Wind, dt: float, weights: Weights, faces
     first, last, stride = band
     for i in range(first, last):
         e, s, d = i + NEXT, i + stride, i + stride + NEXT
-        share = half * weights.cell[i]
-        # Velocity of the side that both faces share: a quarter of each of its ends.
+        part = half * weights.cell[i]
+        # Velocity of the side that both faces have: a quarter of each of its ends.
         sx = quarter * (vx[e] + vx[s])
         sy = quarter * (vy[e] + vy[s])
         sz = quarter * (vz[e] + vz[s])
@@ -88,7 +88,7 @@ def set_face_forces(nodes: Nodes, wind: Wind, dt: float, weights: Weights, faces
                       half * (px * qy - py * qx))
         flux = ((wx - sx - own * vx[i]) * ax + (wy - sy - own * vy[i]) * ay
                 + (wz - sz - own * vz[i]) * az)
-        f = share * _force_per_area(flux, (ax, ay, az), wind, dt)
+        f = part * _force_per_area(flux, (ax, ay, az), wind, dt)
         upper_x[i], upper_y[i], upper_z[i] = f * ax, f * ay, f * az
 
         px, py, pz = x[s] - x[d], y[s] - y[d], z[s] - z[d]
@@ -97,7 +97,7 @@ def set_face_forces(nodes: Nodes, wind: Wind, dt: float, weights: Weights, faces
                       half * (px * qy - py * qx))
         flux = ((wx - sx - own * vx[d]) * ax + (wy - sy - own * vy[d]) * ay
                 + (wz - sz - own * vz[d]) * az)
-        f = share * _force_per_area(flux, (ax, ay, az), wind, dt)
+        f = part * _force_per_area(flux, (ax, ay, az), wind, dt)
         lower_x[i], lower_y[i], lower_z[i] = f * ax, f * ay, f * az
 
 

@@ -56,7 +56,7 @@ class Air(Declared):
     law: of the force on a face. quadratic: rho C_d / 2 A |u_n| u_n n; linear: rho C_d / 2 A u_n n
     times 1 m/s; seed: n (n . w), newtons for metres per second (1.3 to the letter), which knows
     neither the face's area nor its velocity, nor density and drag_coefficient but for their zero.
-    The first two never make the cloth faster than the wind; nothing weakens the push of the third,
+    The first two never make the cloth faster than the wind; nothing weakens the third,
     which may fling light cloth out of all bounds (see divergence).
     Raises ValueError for a value out of its range and for an unknown law.
     """

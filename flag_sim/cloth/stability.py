@@ -32,6 +32,7 @@ import math
 from typing import NamedTuple
 
 from flag_sim.cloth.model import Model
+from flag_sim.cloth.stepping import Stepping
 
 
 SHORTEST_STEP = {'float64': 0.0, 'float32': 1e-5}

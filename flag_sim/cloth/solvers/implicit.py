@@ -21,7 +21,7 @@ from flag_sim.cloth.forces import Coefficients, set_forces
 from flag_sim.cloth.material import Air
 from flag_sim.cloth.mesh import Mesh
 from flag_sim.cloth.model import Model
-from flag_sim.cloth.records import Field, Nodes
+from flag_sim.cloth.records import Field
 from flag_sim.cloth.solvers.conjugate import solve
 from flag_sim.cloth.solvers.elementwise import (
     add, copy, dot, fill, norm2, scale, set_difference, set_sum)
