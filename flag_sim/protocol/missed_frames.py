@@ -24,9 +24,9 @@ class MissedFrames:
     """
     Counts a wind's frames, and tells of those that were missed.
 
-    node: the wind, which has the parameter wait_for; delivery: its Delivery. frames: a Counter of those
-    that were `sent`, that were `skipped`, when time went by without them, and that were left
-    `undone`, when others were too slow.
+    node: the wind, which has the parameter wait_for; delivery: its Delivery. frames: a Counter of
+    those that were `sent`, that were `skipped`, when time went by without them, and that were
+    left `undone`, when others were too slow.
     """
 
     def __init__(self, node, delivery):

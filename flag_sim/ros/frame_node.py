@@ -61,7 +61,7 @@ class FrameNode(ParameterNode):
         return True
 
     def work(self, frame, wind, values):
-        """Return the frame's answer, given the wind [m/s] and this frame's values of the declarations."""
+        """Return the frame's answer, given the wind [m/s] and the frame's {parameter: value}."""
         raise NotImplementedError
 
     def answer(self, stamp, answer):
