@@ -24,7 +24,8 @@ class Nodes(Mapping):
     {node: its declarations}, each imported when it is asked for.
 
     What physics and renderer declare stands beside their kernels: to import it takes 0.3 s and
-    70 MB, which the other nodes do without, unless they meet a parameter of those.
+    70 MB. The wind, which animates it, does so at its start (see targets); recorder and player
+    do without.
     """
 
     def __init__(self, *names: str):
