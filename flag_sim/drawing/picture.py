@@ -101,7 +101,7 @@ class Picture:
             colours = self._project_and_shade(objects, geometry, camera, light, style)
             order = self._cull(geometry, camera, style)
             self._rasterize(geometry, colours, order, camera, style, channels)
-        return self._framebuffer.frame(geometry)
+        return self._framebuffer.frame(self._scene)
 
     def _project_and_shade(self, objects, geometry, camera, light, style):
         """Take the vertices to the screen; return the Colours of vertices or triangles."""
@@ -168,7 +168,7 @@ class Picture:
                                             -(-camera.height // BAND), style.clear_colour)
         images = self._framebuffer.images(channels)
         settings = _render_settings(camera, style)
-        primitives = most_primitives(geometry) if 'visibility' in channels else 0
+        primitives = most_primitives(geometry) if images.visibility[0].size else 0
         shape = camera.width, len(geometry.triangles), style.samples > 1, primitives
         if any(known != shape for known, _ in self._buffers.values()):
             self._buffers = {}

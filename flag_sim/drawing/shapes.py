@@ -100,7 +100,12 @@ def box_mesh(low, high) -> Mesh:
 
 @functools.lru_cache(maxsize=8)
 def pole_mesh(dimensions: Dimensions, segments: int) -> Mesh:
-    """Build the pole with round parts of `segments` chords, a multiple of four."""
+    """
+    Build the pole with round parts of `segments` chords, a multiple of four.
+
+    Raises ValueError unless from FEWEST_SEGMENTS to MOST_SEGMENTS of them.
+    """
+    segments = _check_segments(segments)
     radius, dome = 0.5 * dimensions.pole_diameter, dimensions.pole_diameter
     height = dimensions.pole_height
     angles = np.linspace(0.0, 0.5 * math.pi, segments // 4 + 1)
@@ -114,7 +119,8 @@ def pole_mesh(dimensions: Dimensions, segments: int) -> Mesh:
 
 @functools.lru_cache(maxsize=8)
 def platform_mesh(dimensions: Dimensions, segments: int) -> Mesh:
-    """Build the platform with a hole of `segments` chords, a multiple of four."""
+    """Build the platform with a hole of `segments` chords, as many as the pole's."""
+    segments = _check_segments(segments)
     radius, half = 0.5 * dimensions.pole_diameter, 0.5 * dimensions.platform_side
     height = dimensions.platform_height
     wall = _revolve(segments, [([radius, radius], [height, 0.0], [-1.0, -1.0], [0.0, 0.0])])
@@ -127,6 +133,12 @@ def platform_mesh(dimensions: Dimensions, segments: int) -> Mesh:
     for side in range(4):
         parts.append(_upright(square[side], square[(side + 1) % 4], height))
     return _join(parts)
+
+
+def _check_segments(segments):
+    segments = checks.whole('segments', segments, FEWEST_SEGMENTS, MOST_SEGMENTS)
+    checks.require(segments % 4 == 0, 'segments', 'a multiple of four', segments)
+    return segments
 
 
 def _circle(segments):

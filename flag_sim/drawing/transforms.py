@@ -40,7 +40,7 @@ def translate(offset) -> np.ndarray:
 
 
 def scale(factors, centre=ORIGIN) -> np.ndarray:
-    """Return the map that scales by `factors` (3,) along the axes about `centre` (3,) [m] (2.2)."""
+    """Return the map that scales the axes by `factors` (3,) about `centre` (3,) [m] (2.2)."""
     return _about(centre, np.diag([*ranges.points('factors', factors, (3,)), 1.0]))
 
 

@@ -166,7 +166,8 @@ def test_nothing_of_earlier_frames_is_left():
     for number in range(40):
         look = {'camera': Camera(61, 47, distance=rng.choice([0.0, 3.0, 9.0]),
                                  azimuth=rng.uniform(-3, 3), elevation=rng.uniform(-1.5, 1.5)),
-                'dimensions': Dimensions(pole_visible=number % 3 > 0, platform_visible=number % 4 > 1),
+                'dimensions': Dimensions(pole_visible=number % 3 > 0,
+                                         platform_visible=number % 4 > 1),
                 'style': Style(samples=(1, 4, 8)[number % 3], outline=number % 5 == 0)}
         flag = wave(5, 7, phase=number) + rng.normal(size=3)
         np.testing.assert_array_equal(picture.draw(flag, **look).colour,
