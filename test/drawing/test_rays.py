@@ -208,12 +208,11 @@ def test_the_platforms_hole_has_a_wall_and_its_light(elevation):
 def test_a_thin_triangle_is_between_its_corners():
     # 4 to 5.5 m away, and some thousandths of a pixel wide.
     rng = np.random.default_rng(3)
-    camera, drawn = Camera(1280, 720), 0
+    camera, drawn, picture = Camera(1280, 720), 0, DepthPicture()
     for number in range(200):
         ends = camera.position + rng.uniform([-0.6, 4.0, -0.5], [0.6, 5.5, 0.5], (2, 3))
         third = ends[0] + rng.random() * (ends[1] - ends[0]) + rng.normal(scale=3e-5, size=3)
         flag = np.stack([[ends[0], ends[1]], [third, third]])
-        picture = DepthPicture()
         picture.draw(flag, camera=camera, dimensions=NOTHING,
                      style=Style(hidden_surface=('zbuffer', 'painter')[number % 2])).colour
         depths = picture.frame.depth
