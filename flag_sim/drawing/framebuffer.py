@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """The frame that is the result, and how a band's pixels get there."""
+from collections.abc import Iterable
 import dataclasses
 from typing import NamedTuple
 
@@ -39,8 +40,8 @@ class Frame:
     """
 
     colour: np.ndarray
-    depth: np.ndarray = None
-    visibility: Visibility = None
+    depth: np.ndarray | None = None
+    visibility: Visibility | None = None
 
     def copy(self) -> 'Frame':
         """Return the same in memory of its own."""
@@ -49,9 +50,9 @@ class Frame:
                      Visibility(*(array.copy() for array in self.visibility)))
 
 
-def channel_names(channels) -> tuple:
-    """Return a list of CHANNELS as a tuple; raises ValueError for other names."""
-    is_list = isinstance(channels, (list, tuple, set, frozenset))
+def channel_names(channels: Iterable) -> tuple:
+    """Return some of CHANNELS as a tuple; raises ValueError for other names."""
+    is_list = isinstance(channels, Iterable) and not isinstance(channels, (str, bytes))
     checks.require(is_list, 'channels', 'a list of names', channels)
     return tuple(checks.choice('each of channels', name, CHANNELS) for name in channels)
 

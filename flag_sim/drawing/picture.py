@@ -64,10 +64,10 @@ class Picture:
         self._scene = self._framebuffer = self._colours = None
         self._buffers = {}
 
-    def draw(self, flag_vertices, flag_normals=None, camera: Camera = Camera(),
-             light: Light = Light(), materials: Materials = Materials(),
-             dimensions: Dimensions = Dimensions(), style: Style = Style(),
-             channels=()) -> Frame:
+    def draw(self, flag_vertices: np.ndarray, flag_normals: np.ndarray | None = None,
+             camera: Camera = Camera(), light: Light = Light(),
+             materials: Materials = Materials(), dimensions: Dimensions = Dimensions(),
+             style: Style = Style(), channels: Iterable[str] = ()) -> Frame:
         """
         Draw the source's scene (1.2): a flag, its pole and its platform.
 
@@ -78,8 +78,9 @@ class Picture:
         objects = flag_scene(flag_vertices, flag_normals, camera, materials, dimensions)
         return self.draw_scene(objects, camera, light, style, channels)
 
-    def draw_scene(self, objects, camera: Camera = Camera(), light: Light = Light(),
-                   style: Style = Style(), channels=()) -> Frame:
+    def draw_scene(self, objects: Iterable[Object], camera: Camera = Camera(),
+                   light: Light = Light(), style: Style = Style(),
+                   channels: Iterable[str] = ()) -> Frame:
         """
         Draw a list of objects.
 
@@ -154,7 +155,7 @@ class Picture:
         return order
 
     def _run(self, pieces, work):
-        """Call work(thread), by which `pieces` pieces of work are done, in all threads or one."""
+        """Call work(thread) in all threads, or in this one alone for few pieces of work."""
         if pieces > WORTH_SHARING:
             self._pool.parallel_for(work)
         else:

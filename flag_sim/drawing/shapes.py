@@ -20,11 +20,13 @@ the platform's lower face; z is up. All round things share their angles, so that
 the platform's hole without a gap. Hard edges repeat their vertices, one for each face that meets
 there.
 """
+from collections.abc import Sequence
 import dataclasses
 import functools
 import math
 
 from flag_sim.drawing import ranges
+from flag_sim.drawing.camera import Camera
 from flag_sim.drawing.mesh import Mesh
 from flag_sim.parameters import checks
 
@@ -65,12 +67,13 @@ class Dimensions:
         checks.require(self.platform_side > self.pole_diameter, 'platform_side',
                        f'greater than pole_diameter {self.pole_diameter}', self.platform_side)
 
-    def segments(self, camera) -> int:
+    def segments(self, camera: Camera) -> int:
         """
         Return in how many chords to cut a circle for `camera`: a multiple of four.
 
         The dome's circle, the widest, is measured where the pole is nearest to the camera.
         """
+        checks.instance('camera', camera, Camera)
         radius = self.pole_diameter
         x, y, z = camera.position
         beside = max(z - self.pole_height, -z, 0.0)
@@ -81,7 +84,7 @@ class Dimensions:
         return min(max(4 * math.ceil(wanted / 4), FEWEST_SEGMENTS), MOST_SEGMENTS)
 
 
-def box_mesh(low, high) -> Mesh:
+def box_mesh(low: Sequence[float], high: Sequence[float]) -> Mesh:
     """
     Build a box with sides along the axes, from the corner `low` to `high`, both (3,) [m].
 
