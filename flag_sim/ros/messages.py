@@ -14,7 +14,6 @@
 
 """Arrays to messages and back: pure functions, each with the checks that its message needs."""
 import array
-import struct
 
 from builtin_interfaces.msg import Time
 from flag_sim.protocol.frames import FrameId
@@ -51,19 +50,6 @@ def to_time(stamp):
 def to_stamp(time):
     """Return a Time in nanoseconds."""
     return time.sec * 10**9 + time.nanosec
-
-
-def serialized_stamp(data):
-    """
-    Return the stamp [ns] of a serialised message that begins with a Time or a Header.
-
-    CDR: four bytes that say the byte order, then the seconds and the nanoseconds. Raises
-    ValueError for a message that is too short for them.
-    """
-    if len(data) < 12:
-        raise ValueError(f'its {len(data)} bytes are too few for a stamp')
-    seconds, nanoseconds = struct.unpack_from('<iI' if data[1] & 1 else '>iI', data, 4)
-    return seconds * 10**9 + nanoseconds
 
 
 def header(stamp, frame_id):

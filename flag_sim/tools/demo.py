@@ -20,7 +20,7 @@ import sys
 import time
 
 from flag_sim.parameters.arguments import given_path
-from flag_sim.ros.config import config_path
+from flag_sim.parameters.config import config_path
 from flag_sim.tools.domains import NoDomain
 from flag_sim.tools.film import images_of, write_animation, write_contact_sheet
 from flag_sim.tools.graph import Graph

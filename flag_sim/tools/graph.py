@@ -21,7 +21,7 @@ import subprocess
 import sys
 import time
 
-from flag_sim.ros.notices import Notices
+from flag_sim.protocol.notify import NotifyReceiver
 from flag_sim.tools.domains import claimed_domain
 
 GRACE = 10.0  # time that a node gets to end [s]
@@ -45,7 +45,7 @@ class Graph:
         self.logs.mkdir(parents=True, exist_ok=True)
         self.domain = domain
         self.processes = {}
-        self._notices = {}
+        self._receivers = {}
         self._cleanup = contextlib.ExitStack()
 
     @property
@@ -57,18 +57,18 @@ class Graph:
     def start(self, node, *arguments, name=None):
         """Start a node with `--ros-args` arguments; return its process, which is not ready yet."""
         name = name or node
-        notices = self._notices[name] = Notices()
-        self._cleanup.callback(notices.close)
+        receiver = self._receivers[name] = NotifyReceiver()
+        self._cleanup.callback(receiver.close)
         log = self._cleanup.enter_context(open(self.logs / f'{name}.log', 'w'))
         command = [sys.executable, '-m', f'flag_sim.nodes.{node}', '--ros-args', *arguments]
         self.processes[name] = subprocess.Popen(
             command, stdout=log, stderr=subprocess.STDOUT,
-            env={**self.environment, 'NOTIFY_SOCKET': notices.address})
+            env={**self.environment, 'NOTIFY_SOCKET': receiver.address})
         return self.processes[name]
 
     def told(self, name):
-        """Return what a node has told of itself, {name: text} as in sd_notify(3); see notices."""
-        return self._notices[name].told()
+        """Return what a node has told of itself, {name: text} as in sd_notify(3)."""
+        return self._receivers[name].variables()
 
     def wait_ready(self, name, seconds=300.0):
         """
@@ -80,7 +80,7 @@ class Graph:
         while 'READY' not in self.told(name):
             if self.processes[name].poll() is not None or time.monotonic() > end:
                 raise NotReady(f'{name} is not ready; it said:\n{self.log(name)}')
-            self._notices[name].wait(LOOK_AGAIN)
+            self._receivers[name].wait(LOOK_AGAIN)
 
     def log(self, name):
         """Return what a node has said so far."""

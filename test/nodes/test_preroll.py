@@ -16,7 +16,7 @@
 from flag_sim.cloth import Cloth
 from flag_sim.protocol.frames import FrameId
 from flag_sim.ros import messages
-from flag_sim.ros.config import config_path
+from flag_sim.parameters.config import config_path
 from flag_sim.tools.demo import shots
 import numpy as np
 import pytest
@@ -103,8 +103,9 @@ def test_a_flag_of_another_size_has_it_too(bench):
 def test_it_ends_with_the_node(bench):
     """A minute of a fine grid must not keep a process that was told to end."""
     bench.node.context.shutdown()
-    bench.node._roll(60.0, WIND)
-    assert np.array_equal(bench.node._cloth.positions, Cloth(5, 7).positions)
+    values = {**bench.node.values, 'preroll': 60.0}
+    cloud = bench.node.work(FrameId(0, 1, 0, 0), WIND, values)
+    assert np.array_equal(np.float32(messages.read_cloud(cloud)[0]), sent(Cloth(5, 7)))
 
 
 @pytest.mark.parametrize('shot', shots())

@@ -17,8 +17,10 @@ import itertools
 import resource
 import shutil
 
-from flag_sim.nodes.recorder import counted, TAKE_GAP
+from flag_sim.nodes.recorder import counted
+from flag_sim.protocol.cdr import serialized_stamp
 from flag_sim.protocol.frames import FrameId
+from flag_sim.protocol.recording import TAKE_GAP
 from flag_sim.ros import messages
 from flag_sim.ros.bag import Bag, RecordedTopics
 from flag_sim.ros.parameter_node import BadParameter
@@ -73,7 +75,7 @@ def test_an_older_take_of_another_sender_is_recorded(tmp_path, domain):
         assert graph.end('recorder') == 0
         assert graph.log('recorder').count('another take begins') == 2
         assert '7 frames' in graph.log('recorder') and '3 takes' in graph.log('recorder')
-    stamps = [messages.serialized_stamp(data)
+    stamps = [serialized_stamp(data)
               for _, _, data in recorded(tmp_path / 'bag', 'parameters')]
     assert stamps == [0, *2 * [0, FRAME, 2 * FRAME]]
 
@@ -158,7 +160,7 @@ def test_takes_follow_one_another_wherever_their_stamps_begin(tmp_path, domain):
 
 
 def test_a_full_disk_ends_sqlite_with_a_clear_error(tmp_path, domain):
-    """As it does mcap (test_life), but nothing is kept, and that is said."""
+    """As it does mcap (test_lifecycle), but nothing is kept, and that is said."""
     limit = 3_000_000  # bytes; an image has 1,000,000 and sqlite keeps 2 MB in memory
     hard = resource.getrlimit(resource.RLIMIT_FSIZE)[1]
     with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:

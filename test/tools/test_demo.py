@@ -19,7 +19,7 @@ import subprocess
 import sys
 import time
 
-from flag_sim.ros.config import config_path
+from flag_sim.parameters.config import config_path
 from flag_sim.tools import demo
 from PIL import Image
 import pytest

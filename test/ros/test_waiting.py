@@ -22,9 +22,8 @@ from flag_sim.jit.kernels import kernel
 from flag_sim.nodes import renderer as renderer_module
 from flag_sim.nodes.renderer import Renderer
 from flag_sim.protocol.frames import FrameId, FrameOrder
-from flag_sim.ros import messages, throttled_log
+from flag_sim.ros import messages
 from flag_sim.ros.compiling import compiling
-from flag_sim.ros.throttled_log import Refusals, Waiting
 from flag_sim.ros.topics import publish
 from flag_sim.tools.graph import Graph
 import numba
@@ -34,53 +33,6 @@ import rclpy
 from support.flags import wave
 from support.shot import SMALL
 from support.watch import eventually, Watcher
-
-
-def test_a_reason_is_told_at_once_and_again_now_and_then():
-    """Reasons that differ in numbers alone are one; a sender cannot fill the log with others."""
-    refusals = Refusals()
-    said = [refusals.is_worth_saying(reason, now) for reason, now in (
-        ('wind is 1.5', 0.0), ('wind is 2.5', 1.0), ('no field x', 1.0), ('wind is 3', 5.5))]
-    assert said == [True, False, True, True]
-    others = [refusals.is_worth_saying('abcdefghijklmnop'[:n], 6.0) for n in range(1, 17)]
-    assert sum(others) == throttled_log.MOST_KINDS - 1  # that of the wind counts still
-
-
-def spin(watcher, seconds):
-    """Spin for a while."""
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        watcher.spin(0.01)
-
-
-@pytest.fixture
-def soon(monkeypatch):
-    """Let patience end soon."""
-    monkeypatch.setattr(throttled_log, 'LOOK_AGAIN', 0.02)
-    monkeypatch.setattr(throttled_log, 'PATIENCE', 0.3)
-
-
-def test_a_wait_is_told_once_and_so_is_its_end(domain, capfd, soon):
-    """A wait in which frames are served is none; nothing is said of a short one."""
-    missing, served = ['vertices'], [0]
-    with Watcher(domain) as watcher:
-        Waiting(watcher.node, lambda: missing[0], lambda: served[0])
-        for _ in range(6):
-            spin(watcher, 0.1)
-            served[0] += 1
-        assert 'waiting' not in capfd.readouterr().err
-        spin(watcher, 1.0)
-        said = capfd.readouterr().err
-        assert said.count('waiting for') == 1
-        assert re.search(r'waiting for 0\.\d s for vertices', said)
-        served[0] += 1
-        spin(watcher, 0.1)
-        assert re.search(r'frames are served again, after \d\.\d s', capfd.readouterr().err)
-        spin(watcher, 1.0)
-        assert capfd.readouterr().err.count('waiting for') == 1  # another one
-        missing[0] = ''
-        spin(watcher, 0.5)
-        assert capfd.readouterr().err.count('nothing is waited for now') == 1
 
 
 def test_what_is_compiled_is_named_when_it_takes_long(domain, capfd, monkeypatch, tmp_path):
