@@ -183,7 +183,8 @@ class Renderer(FrameNode):
         with_depth = 'depth/image_raw' in listened
         if not drawing.is_drawn and (with_depth or 'image_raw' in listened):
             drawing.is_drawn = True
-            frame = self._picture.draw(*drawing.cloud, *drawing.look, with_depth)
+            channels = ['depth'] if with_depth else []
+            frame = self._picture.draw(*drawing.cloud, *drawing.look, channels)
             drawing.messages['image_raw'] = messages.image_message(stamp, frame.colour)
             if with_depth:
                 drawing.messages['depth/image_raw'] = messages.depth_message(stamp, frame.depth)

@@ -64,19 +64,18 @@ def test_from_the_wind_on_each_log_names_the_next_node(tmp_path, domain, pace):
                    watcher)
         physics = graph.start('physics')
         eventually(lambda: len(done) > 20, watcher)
-        eventually(lambda: 'frames are served again' in graph.log('renderer'), watcher, 2.0)
+        eventually(lambda: 'frames are served again' in graph.log('renderer'), watcher)
         physics.send_signal(signal.SIGSTOP)
         try:
             eventually(lambda: 'physics has not sent them, its log says why'
-                       in graph.log('renderer'), watcher, 5.0)
-            eventually(lambda: 'renderer (its log says why)' in graph.log('wind'), watcher, 12.0)
+                       in graph.log('renderer'), watcher)
+            eventually(lambda: 'renderer (its log says why)' in graph.log('wind'), watcher)
             stood = graph.log('wind')
         finally:
             physics.send_signal(signal.SIGCONT)
         heard = len(done)
         eventually(lambda: len(done) > heard + 20, watcher)
-        eventually(lambda: graph.log('renderer').count('frames are served again') == 2, watcher,
-                   2.0)
+        eventually(lambda: graph.log('renderer').count('frames are served again') == 2, watcher)
         # One thing stood still: one frame is complained of, and not the other two of the window.
         # (A process that goes on may have lost a message: then one more, when it was missed.)
         complaint = r'the frame at (\S+) s is not done: waiting for renderer \(its'
@@ -109,14 +108,13 @@ def test_vertices_that_are_not_drawn_say_why(tmp_path, domain):
         graph.start('renderer', *SMALL)
         eventually(lambda: send() or 'wind publishes parameters, but not of this frame; end it'
                    in graph.log('renderer'), watcher)
-        assert re.search(r'waiting for [23]\.\d s for parameters of the frame at',
+        assert re.search(r'waiting for \d+\.\d s for parameters of the frame at',
                          graph.log('renderer'))
         assert graph.log('renderer').count('waiting for') == 2  # and vertices at the start
         assert not done
         graph.end('wind')
         eventually(lambda: send() or done, watcher)
-        eventually(lambda: send() or 'frames are served again' in graph.log('renderer'), watcher,
-                   3.0)
+        eventually(lambda: send() or 'frames are served again' in graph.log('renderer'), watcher)
 
 
 def test_two_publishers_of_vertices_are_told_once(domain, capfd, monkeypatch):

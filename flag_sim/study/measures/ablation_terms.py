@@ -43,7 +43,7 @@ class TrueWind(Symplectic):
         self._still = tuple(model.mesh.fields(3))
         self._wind = Work.of(model.mesh)
 
-    def advance(self, state, spare, forcing, dt, count, crew=None):
+    def advance(self, state, spare, forcing, dt, count, pool=None):
         """Take count steps of dt [s] from state; return the one of the two with the result."""
         air = dataclasses.replace(forcing.air, density=0.0)
         number = self.model.mesh.number
