@@ -49,7 +49,7 @@ class StepReport:
                 f'substeps = {asked} is not stable: the frame needs {plan.demanded} steps and '
                 f'gets {plan.granted}')))
         elif ends:
-            entries.append(Entry('info', 'frames get the steps that substeps sets again'))
+            entries.append(Entry('info', 'the steps that substeps sets are enough again'))
         begins, ends = self._softened.update(is_softened(plan), dt)
         if begins:
             entries.append(Entry('warning', (
@@ -58,7 +58,7 @@ class StepReport:
                 f'{plan.damping_factor:.3g} of what is set; a greater substeps_limit avoids it')))
         elif ends:
             entries.append(Entry('info', (
-                'stiffness and damping are as they are set again: the frame needs '
+                'stiffness and damping are back at what is set: the frame needs '
                 f'{plan.demanded} steps and gets {plan.granted}')))
         begins, _ = self._held.update(held > 0, dt)
         if begins:

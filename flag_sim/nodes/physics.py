@@ -88,8 +88,8 @@ class Physics(FrameNode):
         if self._cloth.divergence:
             self._log.error(self._cloth.divergence)
         if self._cloth.gap:
-            self._log.warn(f'{self._cloth.gap:.3f} s between two frames is more than max_gap = '
-                           f'{values["max_gap"]:g} s: the cloth stands still over them; '
+            self._log.warn(f'{self._cloth.gap:.3f} s between two frames are more than max_gap = '
+                           f'{values["max_gap"]:g} s and not simulated; '
                            f'{self._cause_of_gap(self._cloth.gap)}')
         self._busy = time.monotonic() - begin, prepared
         return messages.cloud_message(frame.stamp, self._cloth.positions, self._cloth.normals())

@@ -22,8 +22,8 @@ from flag_sim.protocol.frames import FrameId
 from flag_sim.protocol.recorded_frames import recorded_frames
 from flag_sim.ros.bag import RecordedTopics
 from flag_sim.ros.delivery import check_delivery, Delivery
+from flag_sim.ros.frame_message import as_oldest
 from flag_sim.ros.lifecycle import run
-from flag_sim.ros.messages import owed_alone
 from flag_sim.ros.node_log import NodeLog
 from flag_sim.ros.parameter_node import BadParameter, ParameterNode
 from flag_sim.ros.topics import publish, TOPICS
@@ -149,7 +149,7 @@ class Player(ParameterNode):
     def _send_again(self, sent):
         """Send a frame once more; nodes that wait for one that the bag lacks go on with it."""
         for name, data in sent.message.messages:
-            self._out[name].publish(owed_alone(data) if name == 'parameters' else data)
+            self._out[name].publish(as_oldest(data) if name == 'parameters' else data)
 
     def _give_up(self, now):
         """Wait no longer for a frame that nobody can serve, as the bag lacks a part of it."""
@@ -158,8 +158,8 @@ class Player(ParameterNode):
                 now - sent.first_time <= self.values['resend_after']):
             return
         self._delivery.give_up()
-        self._log.warn(f'the frame at {sent.frame.stamp / 1e9:.3f} s is not waited for any '
-                       f'longer: the bag lacks its {", ".join(sorted(sent.message.lost))}')
+        self._log.warn(f'no longer waiting for the frame at {sent.frame.stamp / 1e9:.3f} s: the '
+                       f'bag lacks its {", ".join(sorted(sent.message.lost))}')
 
     def _on_done(self):
         if self.values['pace'] == 'lockstep':

@@ -22,7 +22,7 @@ import time
 from flag_sim.declarations.nodes import RECORDER
 from flag_sim.protocol.cdr import serialized_stamp
 from flag_sim.protocol.recording import Placement, Recording
-from flag_sim.ros import messages
+from flag_sim.ros import frame_message, messages
 from flag_sim.ros.bag import Bag
 from flag_sim.ros.lifecycle import run
 from flag_sim.ros.node_log import NodeLog
@@ -111,16 +111,16 @@ class Recorder(ParameterNode):
         except RuntimeError:  # of the middleware; it names a line in its source
             raise ValueError(f'its {len(data)} bytes are no ParameterEvent') from None
         try:
-            frame, _, _ = messages.read_parameters(message)
+            frame, _, _ = frame_message.read_parameters(message)
         except ValueError:
             return [data]  # physics refuses it and says so; here it is only recorded
         takes = self._recording.takes
         now = self._recording.follow(frame, data, bytes(info['publisher_gid']['data']))
         if 0 < takes < self._recording.takes:
             self.get_logger().info(
-                'another take begins, as the wind was reset, a bag is played again or another '
-                f'sender came: it follows in {self._bag.path} after '
-                f'{counted(self._stopwatch.frames, "frame")} before')
+                'another take begins (the wind was reset, a bag is played again, or there is '
+                f'another sender): it is appended to {self._bag.path} after '
+                f'{counted(self._stopwatch.frames, "frame")}')
         return now
 
     def _write(self, name, topic, data):

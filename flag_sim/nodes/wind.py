@@ -26,7 +26,7 @@ from flag_sim.protocol.clock import FrameClock
 from flag_sim.protocol.frames import next_take
 from flag_sim.protocol.missed_frames import MissedFrames
 from flag_sim.protocol.take import Take
-from flag_sim.ros import messages
+from flag_sim.ros import frame_message, messages
 from flag_sim.ros.animation_node import AnimationNode
 from flag_sim.ros.delivery import check_delivery, Delivery
 from flag_sim.ros.diagnostics import compute_time, Diagnostics, OK, WARN
@@ -39,8 +39,8 @@ LOOK_AGAIN = 0.2
 """Between looks of lockstep for overdue frames [s]."""
 REPORT = 5.0
 """Between reports of missed frames and of another wind [s]."""
-ANOTHER = ('another node publishes parameters in this graph too: physics and renderer begin anew '
-           'with every change of wind')
+ANOTHER = ('another node publishes parameters in this graph too: physics and renderer start over '
+           'whenever the sender changes')
 
 
 class Wind(AnimationNode):
@@ -52,7 +52,7 @@ class Wind(AnimationNode):
         self._keyframe_out = publish(self, 'keyframe')
         self._wind_out = publish(self, 'wind')
         self._clock_out = publish(self, '/clock') if self.values['publish_clock'] else None
-        self._message = messages.FrameMessage(self.get_fully_qualified_name())
+        self._message = frame_message.FrameMessage(self.get_fully_qualified_name())
         self._delivery = Delivery(self, self._send_again, self._on_done)
         self._missed = MissedFrames()
         self._last_look = time.monotonic(), time.process_time()  # of real time at what is due [s]

@@ -80,7 +80,7 @@ def _put(ahead, every_frame, name, data):
         stamp = serialized_stamp(data)
     except ValueError as error:
         ahead.append(RecordedFrame(None, [(name, data)],
-                                   trouble=f'{name} is not waited for: {error}'))
+                                   trouble=f'a message on {name} belongs to no frame: {error}'))
         return
     place = next((place for place, frame in enumerate(ahead)
                   if frame.stamp == stamp and name in frame.missing), len(ahead))

@@ -151,12 +151,12 @@ class AnimationNode(ParameterNode):
             changes = with_key(self.values, track, self.now(), value, old,
                                reach=0.5 / self.values['rate'], targets=TARGETS)
         except ValueError as error:
-            self.get_logger().warning(f'no key is made: {error}')
+            self.get_logger().warning(f'no key was made: {error}')
             return False
         if not changes:
             return False
         result = self.set_parameters_atomically(
             [to_parameter(name, new) for name, new in changes.items()])
         if not result.successful:
-            self.get_logger().warning(f'no key is made: {result.reason}')
+            self.get_logger().warning(f'no key was made: {result.reason}')
         return result.successful

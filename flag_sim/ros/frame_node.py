@@ -18,7 +18,7 @@ import os
 
 from flag_sim.parameters.declaration import Declaration
 from flag_sim.protocol.frames import Arrival, FrameId, FrameOrder
-from flag_sim.ros import messages
+from flag_sim.ros import frame_message
 from flag_sim.ros.diagnostics import compute_time, Diagnostics, ERROR, OK
 from flag_sim.ros.node_log import NodeLog
 from flag_sim.ros.parameter_node import ParameterNode
@@ -83,7 +83,7 @@ class FrameNode(ParameterNode):
 
     def _on_parameters(self, message, info):
         try:
-            frame, wind, keyed = messages.read_parameters(message)
+            frame, wind, keyed = frame_message.read_parameters(message)
             self.check_wind(wind)
             values = self._own_values(keyed)
         except ValueError as error:
@@ -112,7 +112,8 @@ class FrameNode(ParameterNode):
             try:
                 self.check(values)
             except ValueError as error:
-                self._clash = f'keyed values are not used, the frame keeps those before: {error}'
+                self._clash = ('keyed values are refused, the frame keeps those of the one '
+                               f'before: {error}')
                 self._log.error(self._clash)
                 values = self._good or dict(self.values)
         self._good = values

@@ -34,7 +34,7 @@ def test_steps_that_are_refined():
     assert told(report, refined, frames=3) == [
         ('warning', 'substeps = 10 is not stable: the frame needs 25 steps and gets 25')]
     assert told(report, FINE, frames=3) == []
-    assert told(report, FINE) == [('info', 'frames get the steps that substeps sets again')]
+    assert told(report, FINE) == [('info', 'the steps that substeps sets are enough again')]
 
 
 def test_a_cloth_that_is_softened():
@@ -45,7 +45,7 @@ def test_a_cloth_that_is_softened():
         'warning', 'the frame needs 40 steps and substeps_limit allows 10: stiffness is lowered '
         'to 0.0625 and damping to 0.25 of what is set; a greater substeps_limit avoids it')]
     assert told(report, FINE, frames=4) == [(
-        'info', 'stiffness and damping are as they are set again: the frame needs 10 steps and '
+        'info', 'stiffness and damping are back at what is set: the frame needs 10 steps and '
         'gets 10')]
 
 

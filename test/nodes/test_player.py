@@ -29,6 +29,7 @@ from rclpy.parameter import Parameter
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import Image, PointCloud2
 from std_msgs.msg import Header, String
+from support.frames import parameters_message
 from support.shot import messages_of, SMALL, stamp_of
 
 FRAME = 10**9 // 30  # [ns]
@@ -41,7 +42,7 @@ FLAT = np.zeros((2, 2, 3))
 
 def parameters(index, take=1, window=3):
     """Return the serialised parameters of a frame in lockstep."""
-    return serialize_message(messages.parameters_message(
+    return serialize_message(parameters_message(
         '/wind', FrameId(index * FRAME, take, index, max(index - window + 1, 0)),
         [9.0, 3.0, 0.0], {}))
 
@@ -104,7 +105,7 @@ def test_what_a_bag_lacks_holds_up_no_frame_that_it_has(tmp_path, domain):
     images = films(tmp_path, domain, bag, '[parameters, vertices]', ('renderer',))
     assert images == [i for i in range(FRAMES) if i not in (3, 7)]
     said = (tmp_path / 'log' / 'player.log').read_text()
-    assert 'the frame at 0.100 s is not waited for any longer: the bag lacks its vertices' in said
+    assert 'no longer waiting for the frame at 0.100 s: the bag lacks its vertices' in said
 
 
 def player(domain, path, *topics, **values):

@@ -30,6 +30,7 @@ import pytest
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import Image
+from support.frames import parameters_message
 from support.watch import eventually, Watcher
 
 FRAME = 10**9 // 25  # [ns]
@@ -38,7 +39,7 @@ ZSTD_MAGIC = b'\x28\xb5\x2f\xfd'  # RFC 8878, 3.1.1
 
 def frame(take, index):
     """Return the parameters of a frame in real time."""
-    return messages.parameters_message(
+    return parameters_message(
         'wind', FrameId(index * FRAME, take, index, index), [1.0, 0.0, 0.0], {})
 
 
@@ -271,7 +272,7 @@ def test_a_bag_whose_recorder_was_killed_says_what_helps(tmp_path):
     images_bag(tmp_path / 'bag', 1)
     (tmp_path / 'bag' / 'metadata.yaml').unlink()
     bag = tmp_path / 'bag'
-    helps = f"'{bag}' is no finished bag.* 'ros2 bag reindex {bag}' helps: mcap has kept"
+    helps = f"'{bag}' is not a finished bag.* 'ros2 bag reindex {bag}' helps: mcap has kept"
     with pytest.raises(BadParameter, match=helps):
         RecordedTopics(bag)
 
@@ -285,4 +286,4 @@ def test_lockstep_plays_on_after_bytes_without_a_stamp(tmp_path, domain):
     with Graph(tmp_path / 'log', domain) as graph:
         status, log = play(graph, tmp_path / 'bag', '-p', 'pace:=lockstep')
     assert status == 0, log
-    assert 'parameters is not waited for: its 4 bytes are too few' in log
+    assert 'a message on parameters belongs to no frame: its 4 bytes are too few' in log

@@ -72,7 +72,7 @@ def test_values_that_no_companion_could_have_are_not_saved(tmp_path, domain):
             events.publish(ParameterEvent(node='/physics', changed_parameters=[
                 ParameterMessage(name='stiffness', value=ParameterValue(
                     type=3, double_value=number))]))
-            return 'no key is made: stiffness must be' in graph.log('wind')
+            return 'no key was made: stiffness must be' in graph.log('wind')
         eventually(lambda: publish(-5.0), watcher)
         assert watcher.put(wind, 'speed', 9.0).successful
         eventually(saved.exists, watcher)

@@ -18,7 +18,7 @@ import time
 from flag_sim.nodes.player import Player
 from flag_sim.nodes.wind import Wind
 from flag_sim.protocol.frames import Arrival, FrameOrder
-from flag_sim.ros import messages
+from flag_sim.ros import frame_message, messages
 from flag_sim.ros.parameter_node import BadParameter
 import numpy as np
 import pytest
@@ -39,7 +39,7 @@ class Bench:
         publish = self.node._parameters_out.publish
 
         def keep(message):
-            self.frames.append(messages.read_parameters(message)[:2])
+            self.frames.append(frame_message.read_parameters(message)[:2])
             publish(message)
         self.node._parameters_out.publish = keep
 

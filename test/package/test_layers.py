@@ -33,7 +33,7 @@ ROOMS = {
     'drawing': ('jit', 'parallel', 'parameters'),
     'protocol': (),
     'declarations': (*LIBRARY, 'animation', 'protocol'),
-    'ros': ('animation', 'declarations', 'jit', 'parameters', 'protocol'),
+    'ros': ('animation', 'declarations', 'drawing', 'jit', 'parameters', 'protocol'),
     'nodes': (*LIBRARY, 'animation', 'declarations', 'protocol', 'ros'),
     'study': (*LIBRARY, 'animation', 'declarations'),
     'tools': ('parameters', 'protocol'),
