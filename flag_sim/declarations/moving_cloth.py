@@ -66,9 +66,9 @@ class MovingCloth:
     """
     A cloth, frame after frame, by the physics node's parameters {name: value}.
 
-    A frame's wind and values count for the whole time from the frame before to it (a zero-order
-    hold). A cloth that begins anew, at a restart and of another size, first moves for `preroll`
-    seconds in its first frame's wind.
+    A frame's wind and values apply to the whole time from the previous frame to it (a zero-order
+    hold). A cloth that starts over, at a restart or when its size changes, first moves for
+    `preroll` seconds in its first frame's wind.
 
     values: those of the last frame. time: of the last frame [ns], None before any. gap: the time
     before the last frame that was not simulated, as it was longer than max_gap [s]; else 0.

@@ -37,10 +37,10 @@ class Physics(FrameNode):
     """
     Publishes `vertices` for every frame that `parameters` announces.
 
-    A frame's wind and values hold for the whole time from the frame before to it (a zero-order
+    A frame's wind and values apply to the whole time from the previous frame to it (a zero-order
     hold), so where they change the motion depends on `rate`, to first order in its period.
 
-    A cloth that begins anew (in a take's first frame, and of another size) first moves for
+    A cloth that starts over (in a take's first frame, or when its size changes) first moves for
     `preroll` seconds in that frame's wind, so it depends on nothing but this frame and the
     parameters: it is the same in lockstep, in real time, after a reset and from a bag.
     """
@@ -88,8 +88,8 @@ class Physics(FrameNode):
         if self._cloth.divergence:
             self._log.error(self._cloth.divergence)
         if self._cloth.gap:
-            self._log.warn(f'{self._cloth.gap:.3f} s between two frames are more than max_gap = '
-                           f'{values["max_gap"]:g} s and not simulated; '
+            self._log.warn(f'{self._cloth.gap:.3f} s between two frames is more than max_gap = '
+                           f'{values["max_gap"]:g} s: it is not simulated; '
                            f'{self._cause_of_gap(self._cloth.gap)}')
         self._busy = time.monotonic() - begin, prepared
         return messages.cloud_message(frame.stamp, self._cloth.positions, self._cloth.normals())

@@ -31,16 +31,16 @@ from flag_sim.ros.topics import publish, TOPICS
 LOOK_AGAIN = 0.05
 """Between looks of lockstep for what is overdue [s]."""
 SOURCES = ('parameters', 'vertices')
-"""What drives the pipeline from the bag on, the first if it is there: played by default."""
+"""Topics that drive the pipeline; the first of them that the bag has is played by default."""
 
 
 class Player(ParameterNode):
     """
     Publishes the serialised messages of a bag as they are, in the bag's order.
 
-    In lockstep all messages of one stamp are a frame, whenever they were received, and the next
-    one leaves when the one before is done, so nothing is lost. Played are the topics asked for,
-    else `parameters` if the bag has it, else `vertices`.
+    In lockstep all messages with one stamp make up a frame, whenever they were received, and a
+    frame leaves when the one before it is done, so nothing is lost. The topics asked for are
+    played; by default `parameters` if the bag has it, else `vertices`.
     """
 
     def __init__(self):

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The recorder node: writes topics as they are into a bag, for those who have no `ros2 bag`."""
+"""The recorder node: writes topics as they are into a bag, for users without `ros2 bag`."""
 import collections
 from collections.abc import Sequence
 import datetime
@@ -33,7 +33,7 @@ from rclpy.serialization import deserialize_message
 
 LINGER = 3.0
 """
-How long a recorder that has all its frames goes on to answer while the wind is there [s].
+How long a recorder that has all its frames goes on answering while the wind is there [s].
 
 Its last answer may be lost; then the wind asks again, and this time begins anew.
 """
@@ -46,11 +46,11 @@ def counted(number: int, noun: str, plural: str = '') -> str:
 
 class Recorder(ParameterNode):
     """
-    Writes every message once, at its own stamp, and says on `frame_done` which frames are safe.
+    Writes every message once, at its own stamp, and reports complete frames on `frame_done`.
 
-    In the bag a message's time is its stamp, so that the bag plays at the shot's own speed however
-    fast it was made. After a reset the time in the bag goes on; it is later than the stamp only
-    where the take's stamps are not beyond those of the take before.
+    The time of a message in the bag is its stamp, so that the bag plays at the shot's own speed
+    however fast it was made. After a reset the time in the bag goes on: it is later than the stamp
+    if the new take's stamps are not later than those of the take before.
     """
 
     def __init__(self):
@@ -73,7 +73,7 @@ class Recorder(ParameterNode):
         self.get_logger().info(f'recording {", ".join(self._topics)} into {path}')
 
     def _named(self) -> Sequence[str]:
-        """Return the topics by our own names; they may be given as the graph shows them."""
+        """Return the topics by our own names; users may name them as the graph shows them."""
         known = [name for name, topic in TOPICS.items() if topic.stamped]
         shown = {self.resolve_topic_name(name): name for name in known}
         names = [shown.get(name, name) for name in self.values['topics']]

@@ -51,7 +51,7 @@ class Drawing:
 
 
 class Renderer(FrameNode):
-    """Publishes image, camera_info and depth of the frames whose vertices and parameters came."""
+    """Publishes image, camera_info and depth of every frame whose vertices and parameters came."""
 
     def __init__(self):
         super().__init__('renderer', SCENE + RENDERER)

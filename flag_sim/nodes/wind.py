@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The wind node: holds the wind and the keyframes, and decides when a frame happens."""
+"""The wind node: plays the wind and the keyframes, and decides when a frame happens."""
 from collections.abc import Mapping, Sequence
 import sys
 import time
@@ -20,8 +20,8 @@ import time
 from flag_sim.animation.keys import values_at
 from flag_sim.animation.tracks import SAME
 from flag_sim.animation.wind_source import WindSource
+from flag_sim.declarations.keyable import TARGETS
 from flag_sim.declarations.nodes import WIND
-from flag_sim.declarations.targets import TARGETS
 from flag_sim.protocol.clock import FrameClock
 from flag_sim.protocol.frames import next_take
 from flag_sim.protocol.missed_frames import MissedFrames
@@ -169,17 +169,9 @@ class Wind(AnimationNode):
     # Lockstep.
 
     def _fill_window(self):
-        # Alone at first: what is sent before everybody has found everybody may be lost.
-        window = self.values['window'] if self._delivery.answered else 1
-        while (self._take.clock.index - self._oldest_index() < window
-               and not self.values['paused'] and self._reset_since is None
-               and not self._take.is_over):
+        while (not self.values['paused'] and self._reset_since is None
+               and self._take.has_room(self._delivery, self.values['window'])):
             self._send(time.monotonic())
-
-    def _oldest_index(self):
-        """Return the oldest frame that may be asked for again; all nodes keep those after it."""
-        sent = self._delivery.oldest
-        return self._take.clock.index if sent is None else sent.frame.index
 
     def _send_again(self, sent):
         sent.frame = sent.frame._replace(oldest=sent.frame.index)
@@ -202,9 +194,7 @@ class Wind(AnimationNode):
         self._missed.skip(skipped, now - before, self._last_look[1] - computed_before)
         if self._take.is_beyond:
             return
-        while len(self._delivery) >= self.values['window']:
-            self._missed.frames['undone'] += self._delivery.answered
-            self._delivery.give_up()
+        self._missed.frames['undone'] += self._delivery.make_room(self.values['window'])
         self._send(now)
 
     # Frames.
@@ -214,8 +204,9 @@ class Wind(AnimationNode):
         if self._take.previous < 0:
             self._take.clock.meet_wall()
         at = self._take.clock.time
-        frame = self._take.next_id(
-            self._oldest_index() if self.values['pace'] == 'lockstep' else None)
+        # All nodes keep what may be asked for again; in real time that is nothing.
+        frame = self._take.next_id(self._take.oldest_index(self._delivery)
+                                   if self.values['pace'] == 'lockstep' else None)
         with self._stopwatch.measure('work'):
             # Keys and gusts are at times of the take, whatever its stamps are.
             keyed = values_at(self.timeline, at / 1e9, TARGETS)

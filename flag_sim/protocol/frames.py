@@ -20,8 +20,8 @@ take that somebody may still be waiting for when it was sent. In lockstep the fr
 on are owed: they are served one after another, and one that was lost is waited for, because it
 is sent again. In real time nothing is owed (`oldest` is the frame itself) and gaps are passed.
 
-A frame that its sender has said is owed to nobody any more, and yet sends, is played again: a bag
-that is looped is played in rounds, and none of a round's frames is a copy of the round before.
+A frame that is sent although its sender said before that nobody waits for it any more is played
+again: a looped bag is played in rounds, and no frame of a round is a copy of the round before.
 """
 from collections.abc import Callable, Hashable
 import enum
@@ -53,7 +53,7 @@ class Arrival(enum.Enum):
 
     NEW = enum.auto()      # a frame not seen before: it waits for its turn
     AGAIN = enum.auto()    # a copy of a frame that was served: answer it again
-    STALE = enum.auto()    # far behind: a late copy, or the first of a round, as the next tells
+    STALE = enum.auto()    # far behind: a late copy, or the first of a round: the next one decides
     RESTART = enum.auto()  # the first of another take or round: forget everything, then as NEW
 
 

@@ -126,6 +126,17 @@ class FramesInFlight:
         """Forget the oldest frame."""
         del self._frames[self.oldest.frame.stamp]
 
+    def make_room(self, window: int) -> int:
+        """
+        Give up the oldest frames until fewer than `window` are in flight; return their number.
+
+        Frames that are given up while nobody has ever answered are not counted.
+        """
+        surplus = max(len(self) - window + 1, 0)
+        for _ in range(surplus):
+            self.give_up()
+        return surplus if self.answered else 0
+
     def clear(self) -> None:
         """Forget every frame."""
         self._frames.clear()

@@ -22,7 +22,7 @@ BUSY = 0.5
 
 class MissedFrames:
     """
-    Counts the frames of a wind, and tells of those that were missed.
+    Counts the frames of a wind, and reports those that were missed.
 
     frames: a Counter of those that were `sent`, and of those that were missed because the wind
     itself was `slow`, because the machine was `busy` with other processes, or because the frames

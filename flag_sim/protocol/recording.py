@@ -43,8 +43,8 @@ class Recording:
     each a frame is complete. length: of the recording [frames]; 0: without end.
     complete: how many frames are; copies: how many messages were left out because they are
     recorded already; takes: how many have begun.
-    In the bag a message's time is its stamp. After a reset the time in the bag goes on; it is
-    later than the stamp only where the take's stamps are not beyond those of the take before.
+    The time of a message in the bag is its stamp. After a reset the time in the bag goes on: it is
+    later than the stamp if the new take's stamps are not later than those of the take before.
     """
 
     def __init__(self, every_frame: Collection[str], length: int = 0):
@@ -53,7 +53,7 @@ class Recording:
         self._missing: dict[int, set[str]] = {}  # topics by stamp, of frames not complete
         self._latest = collections.OrderedDict()  # stamps of the latest complete frames
         self._order = FrameOrder()
-        self._held = None  # parameters that are a late copy or begin a round, as the next tell
+        self._held = None  # parameters that are a late copy or begin a round: the next ones decide
         self._offset = self._newest = 0  # of times in the bag [ns]
         self._lost = 0
         self.complete = self.copies = self.takes = 0

@@ -15,6 +15,7 @@
 """A take: one run of a shot, from its first frame to its last."""
 from flag_sim.protocol.clock import FrameClock
 from flag_sim.protocol.frames import FrameId
+from flag_sim.protocol.in_flight import FramesInFlight
 
 
 class Take:
@@ -51,6 +52,21 @@ class Take:
         skipped = due - self.clock.index
         self.clock.index = due
         return skipped
+
+    def oldest_index(self, in_flight: FramesInFlight) -> int:
+        """Return the oldest frame that may be asked for again: in flight, or the next one."""
+        sent = in_flight.oldest
+        return self.clock.index if sent is None else sent.frame.index
+
+    def has_room(self, in_flight: FramesInFlight, window: int) -> bool:
+        """
+        Return whether the next frame may leave in lockstep.
+
+        window: frames from the oldest in flight on; 1 at first, for what is sent before everybody
+        has found everybody may be lost.
+        """
+        window = window if in_flight.answered else 1
+        return not self.is_over and self.clock.index - self.oldest_index(in_flight) < window
 
     def next_id(self, oldest: int | None = None) -> FrameId:
         """Return the next frame; oldest: the one that may still be waited for, itself if None."""

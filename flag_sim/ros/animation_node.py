@@ -18,7 +18,7 @@ from collections.abc import Iterable, Mapping
 from flag_sim.animation import keys
 from flag_sim.animation.autokey import with_key
 from flag_sim.animation.timeline import Timeline
-from flag_sim.declarations.targets import TARGETS
+from flag_sim.declarations.keyable import TARGETS
 from flag_sim.parameters.declaration import Declaration
 from flag_sim.parameters.params_file import check_path, save_parameters
 from flag_sim.ros.companions import Companions

@@ -61,7 +61,7 @@ class Companions:
         node.create_timer(LOOK_AGAIN, self._look)
 
     def _look(self):
-        """Find the nodes that are there, and ask those that have not told their values."""
+        """Find the nodes that are there, and ask those that have not sent their values."""
         self._looks += 1
         for name, endpoint in subscribers(self._node, 'parameters').items():
             if _base_name(name) in COMPANIONS and self._found.get(name) != endpoint:

@@ -27,8 +27,8 @@ import time
 
 from flag_sim.animation import keys
 from flag_sim.animation.wind_source import WindSource
+from flag_sim.declarations.keyable import TARGETS
 from flag_sim.declarations.nodes import defaults, NODES
-from flag_sim.declarations.targets import TARGETS
 from flag_sim.parameters.arguments import given_path
 from flag_sim.protocol.frames import FrameId
 from flag_sim.ros import frame_message

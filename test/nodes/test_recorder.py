@@ -126,7 +126,7 @@ def send_once(out, done, watcher, frames):
     eventually(lambda: any(message.stamp == last for message in done), watcher)
 
 
-def test_takes_that_no_bag_can_hold_are_left_out(tmp_path, domain):
+def test_takes_beyond_the_latest_time_of_a_bag_are_left_out(tmp_path, domain):
     """Each begins where the last one ended: the fifth of 68 years each is beyond 2**63 ns."""
     frames = [frame(take, index) for take in range(1, 7) for index in range(2)]
     for message in frames[1::2]:
@@ -180,7 +180,7 @@ def test_a_full_disk_ends_sqlite_with_a_clear_error(tmp_path, domain):
 
 
 @pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
-def test_a_folder_that_is_gone_is_no_success(tmp_path, domain, storage):
+def test_a_missing_folder_is_an_error(tmp_path, domain, storage):
     """What was recorded went with it: the status is 1, and nobody reads of frames in a bag."""
     with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
         out, done = watcher.publisher('parameters'), watcher.listen('frame_done')
@@ -250,7 +250,7 @@ def test_a_damaged_chunk_ends_the_playing(tmp_path, domain, whole, said):
 
 @pytest.mark.parametrize('content', [
     b'\xff\xfe\x00', b'rosbag2: [', b'', b'rosbag2_bagfile_information: {version: nine}'])
-def test_metadata_that_is_none_is_refused(tmp_path, content):
+def test_invalid_metadata_is_refused(tmp_path, content):
     """Whatever a parser says of it, the bag and the reason are named."""
     images_bag(tmp_path / 'bag', 1)
     (tmp_path / 'bag' / 'metadata.yaml').write_bytes(content)
@@ -258,7 +258,7 @@ def test_metadata_that_is_none_is_refused(tmp_path, content):
         RecordedTopics(tmp_path / 'bag')
 
 
-def test_a_number_that_is_none_in_the_metadata_is_refused(tmp_path):
+def test_an_invalid_number_in_the_metadata_is_refused(tmp_path):
     """Where the library meets it only after it has opened the bag."""
     images_bag(tmp_path / 'bag', 1)
     metadata = tmp_path / 'bag' / 'metadata.yaml'

@@ -60,7 +60,7 @@ def test_a_shot_is_saved_whole_in_any_namespace(tmp_path, domain):
         assert {name: watcher.get(physics, name) for name in after} == after
 
 
-def test_values_that_no_companion_could_have_are_not_saved(tmp_path, domain):
+def test_invalid_values_of_companions_are_not_saved(tmp_path, domain):
     """Anybody can publish an event in another's name."""
     saved = tmp_path / 'shot.yaml'
     with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:

@@ -169,7 +169,7 @@ def test_the_shot_ends_before_its_stamps_do(domain, capfd):
     (['stamp.clock:=wall', 'stamp.start:=5.0'], 'stamp.start 5 s is only for stamp.clock simu'),
     (['stamp.clock:=gps'], "one of simulation, wall, not 'gps'"),
     (['stamp.start:=-1.0'], 'from 0 to 2e+09')])
-def test_stamps_that_nobody_can_give_are_refused(domain, given, reason):
+def test_invalid_stamps_are_refused(domain, given, reason):
     """With the rule."""
     with pytest.raises(BadParameter) as refusal:
         with Bench(domain, *given):
@@ -200,7 +200,7 @@ def test_who_never_says_frame_done_is_refused_at_the_start(domain, node, name):
 
 
 @pytest.mark.parametrize('autokey', ['false', 'true'])
-def test_an_event_of_no_known_type_is_left_out(domain, autokey):
+def test_an_event_of_an_invalid_type_is_left_out(domain, autokey):
     """Anybody can publish one; the wind goes on, and hears the others of the same message."""
     with Bench(domain, 'paused:=true', f'autokey:={autokey}') as bench:
         bench.step()

@@ -99,3 +99,14 @@ def test_who_is_late_has_answered_no_frame_for_long():
     in_flight.clear()
     in_flight.send(frame(9), 'message', ['a'], 20.0)
     assert in_flight.late(20.9, 1.0) == []
+
+
+def test_room_is_made_for_the_newest_frame():
+    """What was given up counts as not done in time only if there is anybody to do it."""
+    in_flight = FramesInFlight()
+    for index in range(5):
+        in_flight.send(frame(index), 'message', ['a'], 0.0)
+    assert in_flight.make_room(3) == 0 and len(in_flight) == 2
+    in_flight.done(300, 'a', 1.0)
+    assert in_flight.make_room(3) == 0 and len(in_flight) == 1
+    assert in_flight.make_room(1) == 1 and len(in_flight) == 0

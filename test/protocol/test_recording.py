@@ -91,7 +91,7 @@ def test_a_late_copy_is_held_back_until_it_is_known_to_be_none():
     assert (recording.takes, recording.copies) == (2, 1)
 
 
-def test_stamps_that_no_bag_holds_are_refused():
+def test_invalid_stamps_are_refused():
     """Before 0, and beyond the largest time after all takes."""
     recording = Recording(['parameters'])
     with pytest.raises(ValueError, match='its stamp -1.0 s is before 0'):

@@ -14,6 +14,7 @@
 
 """A take: its frames, what is skipped, and its end."""
 from flag_sim.protocol.clock import FrameClock
+from flag_sim.protocol.in_flight import FramesInFlight
 from flag_sim.protocol.take import Take
 
 LATEST = 2**31 * 10**9 - 1
@@ -52,3 +53,27 @@ def test_no_stamp_is_beyond_what_a_message_holds():
     assert not take.is_beyond
     take.sent()
     assert take.is_beyond and take.is_over
+
+
+def test_in_lockstep_a_window_is_filled_once_somebody_has_answered():
+    """Until then the first frame goes alone; the oldest in flight is the window's begin."""
+    take, in_flight = make(), FramesInFlight()
+
+    def fill():
+        """Send what may leave; return the indices."""
+        sent = []
+        while take.has_room(in_flight, 3):
+            sent.append(take.clock.index)
+            in_flight.send(take.next_id(take.oldest_index(in_flight)), None, ['a'], 0.0)
+            take.sent()
+        return sent
+    assert fill() == [0] and take.oldest_index(in_flight) == 0
+    in_flight.done(0, 'a', 1.0)
+    assert fill() == [1, 2, 3]
+    in_flight.done(2 * 10**8, 'a', 1.0)
+    assert fill() == [] and take.oldest_index(in_flight) == 1
+    in_flight.done(10**8, 'a', 1.0)
+    assert fill() == [4, 5]
+    take.length = 7
+    in_flight.clear()
+    assert fill() == [6] and take.is_over

@@ -39,7 +39,7 @@ def test_a_wait_is_logged_once_and_so_is_its_end():
     assert waiting.look('', 1, 9.0) is None
 
 
-def test_frames_that_are_served_are_no_wait():
+def test_served_frames_end_a_wait():
     """Although each lacks something for a moment; nothing is logged of a short wait either."""
     waiting = Waiting(patience=2.0)
     assert not any(waiting.look('vertices', n, 1.5 * n) for n in range(10))
