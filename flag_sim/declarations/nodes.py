@@ -24,7 +24,7 @@ class Nodes(Mapping):
     {node: its declarations}, each imported when it is asked for.
 
     What physics and renderer declare stands beside their kernels: to import it takes 0.3 s and
-    70 MB. The wind, which animates it, does so at its start (see targets); recorder and player
+    70 MB. The wind, which animates it, does so at its start (see keyable); recorder and player
     do without.
     """
 

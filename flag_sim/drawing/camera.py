@@ -17,7 +17,8 @@ import dataclasses
 import functools
 import math
 
-from flag_sim.drawing import transforms
+from flag_sim.drawing import ranges, transforms
+from flag_sim.parameters import checks
 from flag_sim.parameters.declaration import TURN
 from flag_sim.parameters.declared import Declared, declared
 

@@ -16,9 +16,9 @@
 from pathlib import Path
 
 from flag_sim.animation import keys
+from flag_sim.declarations.keyable import TARGETS
 from flag_sim.declarations.nodes import defaults, named
 from flag_sim.declarations.scene import check_scene
-from flag_sim.declarations.targets import TARGETS
 import pytest
 import yaml
 

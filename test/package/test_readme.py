@@ -17,8 +17,8 @@ from pathlib import Path
 import re
 
 from flag_sim.animation import keys
+from flag_sim.declarations.keyable import TARGETS
 from flag_sim.declarations.nodes import defaults
-from flag_sim.declarations.targets import TARGETS
 import numpy as np
 import pytest
 import yaml
