@@ -27,9 +27,9 @@ import pytest
 WIND = (5.0, 2.0, 0.5)
 
 
-def flown(frames=4, grid=(33, 47), **dials):
+def flown(frames=4, grid=(33, 47), **parameters):
     """Return positions after some frames in the wind."""
-    cloth = Cloth(*grid, **dials)
+    cloth = Cloth(*grid, **parameters)
     for _ in range(frames):
         cloth.advance(0.01, WIND)
     return cloth.positions

@@ -52,7 +52,7 @@ def test_the_same_picture_where_vertices_are_shared_too():
             flag = wave(rows=150, columns=301, phase=phase)
             np.testing.assert_array_equal(two.draw(flag, style=style).colour,
                                           one.draw(flag, style=style).colour)
-        assert sum(map(len, one._scene.pieces)) > WORTH_SHARING
+        assert sum(map(len, one._scene.chunks)) > WORTH_SHARING
 
 
 def test_bands_hold_whole_tiles():

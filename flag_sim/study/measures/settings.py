@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """The settings of a run: {parameter: value} of all three nodes in one, and changes of them."""
-from flag_sim.declarations.catalogue import PHYSICS, RENDERER, SCENE, WIND
+from flag_sim.declarations.nodes import PHYSICS, RENDERER, SCENE, WIND
 from flag_sim.drawing import Picture
 
 Settings = dict[str, object]
