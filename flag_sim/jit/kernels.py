@@ -68,7 +68,8 @@ lean_kernel = functools.partial(kernel, _nrt=False)
 """
 A kernel of many small calls that makes no array, and so counts no references to its arguments.
 
-With the counting, in all kernels of the pole's collision: 42 % longer. The option is private to numba; a kernel that made an array with it would not compile.
+With the counting, in all kernels of the pole's collision: 42 % longer. The option is
+private to numba; a kernel that made an array with it would not compile.
 """
 
 lean_inner_kernel = functools.partial(inner_kernel, _nrt=False)
