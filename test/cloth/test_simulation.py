@@ -15,7 +15,7 @@
 """The cloth as its users meet it: parameters and grids that change, input that is wrong."""
 import dataclasses
 import math
-import time
+import sys
 
 from flag_sim.cloth import Air, Cloth, Diverged, Material, simulation, Stepping
 from flag_sim.cloth.divergence import broken_bound
@@ -316,12 +316,11 @@ def test_normals_of_a_collapsed_cloth_are_still_unit_vectors():
 
 
 def test_a_frame_costs_little_beyond_its_steps():
-    """A frame of one step on the smallest grid: less than 0.2 ms even on a busy machine."""
+    """A frame of one step on the smallest grid calls few functions: 300 take 0.1 ms."""
     cloth = Cloth(2, 2, stepping=Stepping(substeps_limit=1))
     cloth.advance(1e-3, WIND)
-    times = []
-    for _ in range(200):
-        start = time.perf_counter()
-        cloth.advance(1e-3, WIND)
-        times.append(time.perf_counter() - start)
-    assert min(times) < 2e-4
+    called = []
+    sys.setprofile(lambda frame, event, _: called.append(event) if 'call' in event else None)
+    cloth.advance(1e-3, WIND)
+    sys.setprofile(None)
+    assert 0 < len(called) < 600

@@ -16,8 +16,9 @@
 from pathlib import Path
 import re
 
-from flag_sim.declarations import keys
+from flag_sim.animation import keys
 from flag_sim.declarations.nodes import defaults, named, NODES, SCENE
+from flag_sim.declarations.targets import TARGETS
 import numpy as np
 import pytest
 import yaml
@@ -67,7 +68,7 @@ def test_params_files_name_real_parameters(path):
                 declarations[name].accept(value)
         if node == '/**/wind':
             values = {name: declaration.default for name, declaration in declarations.items()}
-            keys.read_timeline({**values, **content['ros__parameters']})
+            keys.read_timeline({**values, **content['ros__parameters']}, TARGETS)
 
 
 KEYFRAMES = (ROOT / 'docs' / 'keyframes.md').read_text()
@@ -81,16 +82,16 @@ def test_the_examples_of_keyframes_play_without_a_warning(example):
     """All keys that they show are good ones, of the parameters that there are."""
     for name in example.keys() - DEFAULTS.keys():
         assert keys.is_key_name(name)
-        keys.accept_keys(name, example[name])
-    assert not keys.warnings(keys.read_timeline({**DEFAULTS, **example}))
+        keys.accept_keys(name, example[name], TARGETS)
+    assert not keys.warnings(keys.read_timeline({**DEFAULTS, **example}, TARGETS))
 
 
 def test_the_turntable_turns_on_and_on():
     """Once around in eight seconds, at one speed, also where a round ends."""
     example = next(example for example in EXAMPLES if 'renderer.camera.azimuth' in
                    example['tracks'])
-    timeline = keys.read_timeline({**DEFAULTS, **example})
-    angles = [keys.values_at(timeline, frame / 30.0)['renderer.camera.azimuth']
+    timeline = keys.read_timeline({**DEFAULTS, **example}, TARGETS)
+    angles = [keys.values_at(timeline, frame / 30.0, TARGETS)['renderer.camera.azimuth']
               for frame in range(1000)]
     steps = np.diff(np.unwrap(angles))
     assert np.allclose(steps, 2.0 * np.pi / 240.0, rtol=0.0, atol=1e-5)
