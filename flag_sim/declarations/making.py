@@ -21,7 +21,7 @@ import dataclasses
 from typing import NamedTuple
 
 from flag_sim.cloth import Air, Cloth, Material, Stepping
-from flag_sim.drawing import Camera, Light, Materials, Scene, Style, Surface
+from flag_sim.drawing import Camera, Dimensions, Light, Materials, Style, Surface
 
 CLOTH = {'grid.rows': 'rows', 'grid.columns': 'columns', **{name: name for name in (
     'gravity', 'solver', 'stretch_limit', 'precision', 'start_noise', 'start_seed', 'threads')}}
@@ -40,7 +40,8 @@ STEPPING = _names(Stepping)
 CAMERA = {('' if name in ('width', 'height') else 'camera.') + name: name
           for name in _names(Camera)}
 LIGHT = {**_names(Light, 'sun.', but=['ambient']), 'ambient': 'ambient'}
-SCENE = {name.replace('_', '.', 1): name for name in _names(Scene)}  # pole_height is pole.height
+# pole_height is pole.height
+SCENE = {name.replace('_', '.', 1): name for name in _names(Dimensions)}
 STYLE = _names(Style)
 SURFACES = {
     'flag': _names(Surface, 'flag.'),  # only the flag is thin enough to let light through
@@ -102,7 +103,7 @@ class Look(NamedTuple):
     camera: Camera
     light: Light
     materials: Materials
-    scene: Scene
+    dimensions: Dimensions
     style: Style
 
 
@@ -118,4 +119,4 @@ def look_of(settings):
     return Look(
         _make(Camera, CAMERA, settings), _make(Light, LIGHT, settings),
         Materials(**{thing: _make(Surface, names, settings) for thing, names in SURFACES.items()}),
-        _make(Scene, SCENE, settings), _make(Style, STYLE, settings))
+        _make(Dimensions, SCENE, settings), _make(Style, STYLE, settings))

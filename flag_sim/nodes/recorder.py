@@ -125,14 +125,14 @@ class Recorder(ParameterNode):
         except RuntimeError:  # of the middleware; it names a line in its source
             raise ValueError(f'its {len(data)} bytes are no ParameterEvent') from None
         try:
-            tag, _, _ = messages.read_parameters(message)
+            frame, _, _ = messages.read_parameters(message)
         except ValueError:
             return [data]  # physics refuses it and says so; here it is only recorded
-        if tag.take is None:
+        if frame.take is None:
             return [data]
         held, self._held = self._held, None
-        arrival = self._order.arrive(tag, bytes(info['publisher_gid']['data']))
-        first = min(self._order.waiting.values(), default=tag)
+        arrival = self._order.arrive(frame, bytes(info['publisher_gid']['data']))
+        first = min(self._order.waiting.values(), default=frame)
         is_round = arrival is Arrival.RESTART and len(self._order.waiting) > 1
         self._copies += held is not None and not is_round
         if arrival is Arrival.STALE:

@@ -34,15 +34,15 @@ class Companions:
     Each is asked for them when it is found, in whichever namespace, and is heard on
     /parameter_events from then on.
 
-    node: the wind. on_answer(name): called when a node, by its full name, has told its values.
-    `on_change`, if set, is called with every change on a companion or the wind itself, as
+    node: the wind. on_answer(name): called when a node, by its full name, has sent its values.
+    on_change(changes): called with every change on a companion or the wind itself, as
     [(kind, name, value, old)]; old is the parameter's default where it is not known.
     """
 
-    def __init__(self, node, on_answer):
+    def __init__(self, node, on_answer, on_change):
         self._node = node
         self._on_answer = on_answer
-        self.on_change = None
+        self._on_change = on_change
         self._own_name = node.get_fully_qualified_name()
         self._known = {self._own_name: dict(node.values)}  # {node: {name: value}}
         self._found = {}  # the endpoint of each node that was found, which a restart renews
@@ -106,8 +106,8 @@ class Companions:
                 old = known.get(declaration.name, declaration.default)
                 changes.append((kind, declaration.name, value, old))
                 _keep(known, declaration, value)
-        if changes and self.on_change:
-            self.on_change(changes)
+        if changes:
+            self._on_change(changes)
 
     def settings(self, keyed):
         """

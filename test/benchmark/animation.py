@@ -25,11 +25,12 @@ from pathlib import Path
 import statistics
 import time
 
-from flag_sim.animation.wind_source import Weather
-from flag_sim.declarations import keys
+from flag_sim.animation import keys
+from flag_sim.animation.wind_source import WindSource
 from flag_sim.declarations.nodes import defaults, NODES
+from flag_sim.declarations.targets import TARGETS
 from flag_sim.parameters.arguments import given_path
-from flag_sim.protocol.frames import Tag
+from flag_sim.protocol.frames import FrameId
 from flag_sim.ros import messages
 from flag_sim.ros.topics import publish
 import numpy as np
@@ -90,22 +91,22 @@ def main():
     options = parser.parse_args()
     frames = 20 if options.quick else FRAMES
     values, end = animation()
-    timeline = keys.read_timeline(values)
-    weather = Weather(values, timeline)
+    timeline = keys.read_timeline(values, TARGETS)
+    source = WindSource(values, timeline)
     times = np.linspace(0.0, end, frames).tolist()
     step = times[1]
-    tag = Tag(0, 1, 0, 0)
-    keyed, wind = keys.values_at(timeline, 1.0), weather.at(1.0)
+    frame = FrameId(0, 1, 0, 0)
+    keyed, wind = keys.values_at(timeline, 1.0, TARGETS), source.at(1.0)
     with rclpy.init():
         node = Node('benchmark')
         out = publish(node, 'parameters')
-        frame = messages.FrameMessage('/wind')
-        message = frame.fill(tag, wind, keyed)
+        frame_message = messages.FrameMessage('/wind')
+        message = frame_message.fill(frame, wind, keyed)
         rows = {
-            'values of the tracks': lambda at: keys.values_at(timeline, at),
-            'wind with gusts': weather.at,
+            'values of the tracks': lambda at: keys.values_at(timeline, at, TARGETS),
+            'wind with gusts': source.at,
             'crossed keys': lambda at: timeline.crossed(at - step, at),
-            'message': lambda at: frame.fill(tag, wind, keyed),
+            'message': lambda at: frame_message.fill(frame, wind, keyed),
             'publication': lambda at: out.publish(message),
         }
         result = {what: round(median_ms(work, times), 4) for what, work in rows.items()}

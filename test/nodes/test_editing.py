@@ -46,7 +46,7 @@ class Played:
         del self._messages[:]
         eventually(lambda: len(self._messages) >= count, self.watcher)
         frames = [read_parameters(message) for message in self._messages]
-        return [(tag.stamp / 1e9, wind, keyed) for tag, wind, keyed in frames]
+        return [(frame.stamp / 1e9, wind, keyed) for frame, wind, keyed in frames]
 
     def assert_goes_on(self):
         """Assert that the track plays as it was given at the start."""
@@ -155,7 +155,7 @@ def frames_of(graph, watcher, name, *arguments):
     eventually(lambda: heard and heard[-1].stamp.sec >= 2 or step.publish(Empty()), watcher)
     graph.end(name)
     read = [read_parameters(message) for message in heard]
-    return {tag.stamp: (wind.tolist(), keyed) for tag, wind, keyed in read}
+    return {frame.stamp: (wind.tolist(), keyed) for frame, wind, keyed in read}
 
 
 def test_a_dumped_animation_plays_identically(tmp_path, domain):

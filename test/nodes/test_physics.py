@@ -15,7 +15,7 @@
 """The physics node, in this process: what it says of its steps, and how it goes on."""
 from flag_sim.cloth import Cloth
 from flag_sim.nodes.physics import Physics
-from flag_sim.protocol.frames import Tag
+from flag_sim.protocol.frames import FrameId
 import numpy as np
 import pytest
 import rclpy
@@ -36,7 +36,7 @@ class Run:
         stamp = round(self._index * 1e9 / rate)
         values = {**self._node.values, **SMALL,
                   **{name.replace('__', '.'): value for name, value in parameters.items()}}
-        cloud = self._node.work(Tag(stamp, 1, self._index, 0), wind, values)
+        cloud = self._node.work(FrameId(stamp, 1, self._index, 0), wind, values)
         self._index += 1
         points = np.frombuffer(cloud.data, np.float32).reshape(cloud.height, cloud.width, -1)
         return points[..., :3].copy(), self._capfd.readouterr().err
@@ -44,7 +44,7 @@ class Run:
     def restart(self):
         """Begin with the first frame again, as after `reset`."""
         self._index = 0
-        self._node.restart(Tag(0, 2, 0, 0))
+        self._node.restart(FrameId(0, 2, 0, 0))
 
 
 @pytest.fixture

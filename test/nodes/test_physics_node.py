@@ -23,7 +23,7 @@ from flag_sim.cloth import Cloth
 from flag_sim.declarations.nodes import PHYSICS, SCENE
 from flag_sim.nodes.physics import Physics
 from flag_sim.nodes.renderer import Renderer
-from flag_sim.protocol.frames import Tag
+from flag_sim.protocol.frames import FrameId
 from flag_sim.ros import messages
 from flag_sim.ros.diagnostics import ERROR, OK
 from flag_sim.ros.parameter_node import BadParameter
@@ -77,7 +77,7 @@ def test_a_wind_that_is_none_is_refused_and_nothing_is_lost(bench, capfd, wind):
     """Of a wrong length, not finite, or beyond all bounds; the good frames are as without it."""
     play(bench, 6)
     message = bench.message(6 * FRAME)
-    bad = messages.parameters_message('/wind', Tag(0, 1, 6, 6), [0.0] * 3, {})
+    bad = messages.parameters_message('/wind', FrameId(0, 1, 6, 6), [0.0] * 3, {})
     next(p for p in bad.changed_parameters if p.name == 'wind').value = \
         messages.to_parameter('wind', wind, float).to_parameter_msg().value
     assert bench.hear(bad) is None
@@ -103,7 +103,7 @@ def test_a_keyed_value_that_is_none_is_refused_and_nothing_is_lost(bench, capfd,
     play(bench, 6)
     right = bench.message(6 * FRAME)
     wrong = messages.parameters_message(
-        '/wind', Tag(0, 1, 6, 6), WIND, {f'physics.{name}': v for name, v in keyed.items()})
+        '/wind', FrameId(0, 1, 6, 6), WIND, {f'physics.{name}': v for name, v in keyed.items()})
     assert bench.hear(wrong) is None
     said = capfd.readouterr().err
     assert 'a message on parameters is refused' in said and rule in said
@@ -199,7 +199,7 @@ def test_a_take_that_is_joined_in_the_middle_is_told(bench, capfd):
     assert 'joined' not in capfd.readouterr().err
     for index in (7, 8):
         bench.hear(messages.parameters_message(
-            '/wind', Tag(round(index * FRAME * 1e9), 2, index, index), WIND, {}))
+            '/wind', FrameId(round(index * FRAME * 1e9), 2, index, index), WIND, {}))
     assert capfd.readouterr().err.count(
         'joined the take at frame 7: the cloth begins at rest there; reset for a whole take') == 1
 
@@ -217,14 +217,14 @@ def test_time_that_jumps_back_lays_the_cloth_out_again(bench, take):
     play(bench, COUNT)
     if take is None:
         for at in (10.0, 4.0):
-            message = messages.parameters_message('/hand', Tag(0, 0, 0, 0), WIND, {})
+            message = messages.parameters_message('/hand', FrameId(0, 0, 0, 0), WIND, {})
             message.stamp = messages.to_time(round(at * 1e9))
             del message.changed_parameters[1:4]
             cloud = bench.hear(message)
     else:
         index = COUNT if take == 1 else 0
         cloud = bench.hear(messages.parameters_message(
-            '/wind', Tag(100, take, index, index), WIND, {}))
+            '/wind', FrameId(100, take, index, index), WIND, {}))
     assert np.array_equal(messages.read_cloud(cloud)[0], library(1))
 
 

@@ -16,7 +16,7 @@
 from flag_sim.declarations.nodes import PLAYER, RECORDER
 from flag_sim.nodes.player import Player
 from flag_sim.nodes.recorder import Recorder
-from flag_sim.protocol.frames import Tag
+from flag_sim.protocol.frames import FrameId
 from flag_sim.ros import messages
 from flag_sim.ros.bag import Bag, RecordedTopics
 from flag_sim.ros.parameter_node import BadParameter
@@ -43,7 +43,8 @@ FLAT = np.zeros((2, 2, 3))
 def parameters(index, take=1, window=3):
     """Return the serialised parameters of a frame in lockstep."""
     return serialize_message(messages.parameters_message(
-        '/wind', Tag(index * FRAME, take, index, max(index - window + 1, 0)), [9.0, 3.0, 0.0], {}))
+        '/wind', FrameId(index * FRAME, take, index, max(index - window + 1, 0)),
+        [9.0, 3.0, 0.0], {}))
 
 
 def vertices(index):

@@ -22,7 +22,7 @@ from flag_sim.cloth import normals
 from flag_sim.jit.kernels import kernel
 from flag_sim.nodes import renderer as renderer_module
 from flag_sim.nodes.renderer import Renderer
-from flag_sim.protocol.frames import FrameOrder, Tag
+from flag_sim.protocol.frames import FrameId, FrameOrder
 from flag_sim.ros import messages, throttled_log
 from flag_sim.ros.compiling import compiling
 from flag_sim.ros.throttled_log import Refusals, Waiting
@@ -201,6 +201,6 @@ def test_frames_without_vertices_are_not_kept_for_ever(domain):
     with rclpy.init(domain_id=domain):
         renderer = Renderer()
         for index in range(500):
-            renderer.take_frame(Tag(index * 10**7, 1, index, index), None, {}, b'')
+            renderer.take_frame(FrameId(index * 10**7, 1, index, index), None, {}, b'')
         assert len(renderer._inputs) <= FrameOrder.LONGEST_QUEUE
         renderer.destroy_node()
