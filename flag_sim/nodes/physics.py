@@ -21,7 +21,7 @@ from flag_sim.cloth.simulation import MAX_WIND
 from flag_sim.declarations.moving_cloth import kernels_of, MovingCloth, warm_up
 from flag_sim.declarations.physics import PHYSICS
 from flag_sim.declarations.scene import check_scene
-from flag_sim.jit.kernels import compilations
+from flag_sim.jit.cache import compilations
 from flag_sim.parameters import checks
 from flag_sim.protocol.frames import FrameId
 from flag_sim.ros import messages
