@@ -172,7 +172,7 @@ class Track:
         """Return by how much a number changes from key k to the next, along the way it takes."""
         return self._path[k + 1] - self._path[k]
 
-    def at(self, time: float):
+    def at(self, time: float) -> object:
         """
         Return the value at `time` [s]; before the first and after the last key theirs.
 
