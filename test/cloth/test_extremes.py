@@ -49,7 +49,8 @@ def random_parameters(rng, rows, columns, length, width):
 
 def random_air(rng):
     """Return air of any law, as thick and as rough as the node's parameters go and far thinner."""
-    return Air(10.0**rng.uniform(-3.0, 3.0), 10.0**rng.uniform(-2.0, 2.0), rng.choice(list(DRAG_LAWS)))
+    return Air(10.0**rng.uniform(-3.0, 3.0), 10.0**rng.uniform(-2.0, 2.0),
+               rng.choice(list(DRAG_LAWS)))
 
 
 def random_wind(rng):
