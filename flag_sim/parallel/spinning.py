@@ -12,7 +12,13 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Waiting for another thread without sleeping: to be woken takes longer than some kernels run."""
+"""
+Waiting for another thread without sleeping: to be woken takes longer than some kernels run.
+
+A picture whose workers sleep as soon as there is nothing to do takes 14 % longer (640x480, a flag
+of 61 x 41 nodes, two threads; median of 400 turns with and without, quartiles 0 and 34 %, on a
+machine whose two processors were busy).
+"""
 from flag_sim.jit.kernels import shared_kernel
 from flag_sim.parallel.atomics import load
 from numba import types
