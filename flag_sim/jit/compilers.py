@@ -15,18 +15,17 @@
 """
 What numba is told beyond its public options: the classes that compile a kernel.
 
-They exist for three things that numba's options cannot say, each private to numba and each worth
-a figure (in `kernels`): that arrays do not overlap, how wide vectors are, and that a kernel's
-machine code is its own. The last is for the sake of 'contract', which lets LLVM round a * b + c
-once wherever it can, and that depends on what the kernel was inlined into.
+They exist for three things that numba's options cannot say: that arrays do not overlap, how wide
+vectors are, and that a kernel's machine code is its own. The last is for the sake of 'contract',
+which lets LLVM round a * b + c once wherever it can, and that depends on what the kernel was
+inlined into.
 
 An explicit fused multiply-add, llvm.fma by numba's `intrinsic`, with 'contract' off, would not
-depend on it, and was tried: every a * b + c of an expression rewritten so, left product first.
-It is as fast (a frame of the cloth 1.00 times as long, quartiles 0.99 and 1.02; with neither,
-1.10: 61 x 41 nodes, symplectic, 60 turns on a busy machine). symplectic, verlet, euler and seed
-moved to the same byte as by 'contract', but not rk4, xpbd and implicit, and none of them at the
-pole, where LLVM fuses across expressions too. As the bytes of a motion are to stay, so do these
-classes.
+depend on it, and was tried: every a * b + c of an expression rewritten so, left product first. It
+is as fast (a frame of the cloth 1.00 times as long, quartiles 0.99 and 1.02; with neither, 1.10:
+61 x 41 nodes, symplectic, 60 turns on a busy machine). symplectic, verlet, euler and seed moved to
+the same byte as by 'contract', but not rk4, xpbd and implicit, and none of them at the pole. As
+the bytes of a motion are to stay, so do these classes.
 """
 from llvmlite.binding import Linkage, parse_bitcode
 from numba.core.codegen import JITCodeLibrary

@@ -31,20 +31,20 @@ BANDS, ARRIVALS, IS_RELEASED = 0, 8, 16
 CELLS = 24
 
 
-def new_barrier(bands):
+def new_barrier(bands: int) -> np.ndarray:
     """Return a barrier, an array of int64, for so many threads; for one it is always open."""
     barrier = np.zeros(CELLS, np.int64)
     barrier[BANDS] = bands
     return barrier
 
 
-def release(barrier):
+def release(barrier: np.ndarray):
     """Let all threads through from now on: somebody will not come. Their results are void."""
     barrier[IS_RELEASED] = 1
 
 
 @shared_kernel
-def wait(barrier):
+def wait(barrier: np.ndarray):
     """Return once all threads are at the barrier: what they wrote before can then be read."""
     bands = barrier[BANDS]
     if bands == 1:

@@ -22,6 +22,7 @@ machine whose two processors were busy).
 from flag_sim.jit.kernels import shared_kernel
 from flag_sim.parallel.atomics import load
 from numba import types
+import numpy as np
 
 SPINS = 3000
 """Loads, some microseconds, after which a thread that waits offers its processor to others."""
@@ -33,7 +34,7 @@ yield_processor = types.ExternalFunction('sched_yield', types.int32())
 
 
 @shared_kernel
-def spin_until_changed(cells, value):
+def spin_until_changed(cells: np.ndarray, value: int) -> bool:
     """Wait until cells[0], int64, differs from value; return whether it did in time."""
     for count in range(PATIENCE):
         if load(cells, 0) != value:
