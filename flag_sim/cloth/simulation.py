@@ -20,17 +20,19 @@ from flag_sim.cloth.contact import Limits
 from flag_sim.cloth.divergence import Diverged, validate
 from flag_sim.cloth.forces import Forcing
 from flag_sim.cloth.material import Air, Material
-from flag_sim.cloth.mesh import Mesh, PRECISIONS
+from flag_sim.cloth.mesh import Grid, Mesh
 from flag_sim.cloth.model import Model
 from flag_sim.cloth.normals import node_normals
+from flag_sim.cloth.options import Options
 from flag_sim.cloth.pole import checked_pole, MAX_HOIST, relative_pole
 from flag_sim.cloth.records import Vector
 from flag_sim.cloth.resampling import carry_over
 from flag_sim.cloth.solvers import SOLVERS
-from flag_sim.cloth.stability import Plan, Stepping
+from flag_sim.cloth.stability import Plan
 from flag_sim.cloth.start import bump
 from flag_sim.cloth.state import State
 from flag_sim.cloth.stepper import Stepper
+from flag_sim.cloth.stepping import Stepping
 from flag_sim.parallel.thread_pool import ThreadPool
 from flag_sim.parameters import checks
 from flag_sim.parameters.closed import closed
@@ -40,10 +42,6 @@ MAX_WIND = 1e4
 """Greatest wind along an axis [m/s]: the strongest gusts in a wind of 200 m/s, and to spare."""
 MAX_FRAME = 3600.0
 """Longest frame [s]."""
-MAX_NOISE = 0.1
-"""Greatest bump that a flat cloth starts with [m]."""
-MAX_THREADS = 64
-"""Beyond, their bands of an ordinary grid are shorter than a row."""
 
 
 def _setting(name, check, doc):
@@ -78,13 +76,14 @@ class Cloth:
     finite.
     """
 
-    def __init__(self, rows: int = 21, columns: int = 31, length: float = 2.25,
-                 width: float = 1.5, hoist_top: Vector = (0.05, 0.0, 8.9), *,
+    def __init__(self, rows: int = Grid.rows, columns: int = Grid.columns,
+                 length: float = 2.25, width: float = 1.5, hoist_top: Vector = (0.05, 0.0, 8.9), *,
                  pinned: bool = True, material: Material | None = None, air: Air | None = None,
-                 gravity: float = 9.81, stepping: Stepping | None = None,
-                 solver: str = 'symplectic', stretch_limit: float = 1.0,
-                 pole: Vector | None = None, precision: str = 'float64',
-                 start_noise: float = 1e-4, start_seed: int = 0, threads: int = 1):
+                 gravity: float = Options.gravity, stepping: Stepping | None = None,
+                 solver: str = Options.solver, stretch_limit: float = Options.stretch_limit,
+                 pole: Vector | None = None, precision: str = Grid.precision,
+                 start_noise: float = Options.start_noise,
+                 start_seed: int = Options.start_seed, threads: int = Options.threads):
         hoist_top = checks.vector('hoist_top', hoist_top, MAX_HOIST)
         self._material = checks.instance('material', _or_default(material, Material), Material)
         self.air = _or_default(air, Air)
@@ -94,8 +93,8 @@ class Cloth:
         self.start_noise = start_noise
         self.start_seed = start_seed
         self._held = 0
-        self._pool = ThreadPool(checks.whole('threads', threads, 0, MAX_THREADS))
-        self._solver_name = checks.choice('solver', solver, SOLVERS)
+        self._pool = ThreadPool(Options.accepted('threads', threads))
+        self._solver_name = Options.accepted('solver', solver)
         self._put_on(Mesh(rows, columns, length, width, pinned, precision), hoist_top)
         self.pole = pole
         self.reset()
@@ -106,12 +105,10 @@ class Cloth:
                    'The air that carries the wind.')
     stepping = _setting('stepping', functools.partial(checks.instance, kind=Stepping),
                         'How frames are divided into steps.')
-    gravity = _setting('gravity', functools.partial(checks.finite, low=-1e4, high=1e4),
-                       'Acceleration g along -z [m/s2].')
-    start_noise = _setting('start_noise',
-                           functools.partial(checks.finite, low=0.0, high=MAX_NOISE),
+    gravity = _setting('gravity', Options.accepted, 'Acceleration g along -z [m/s2].')
+    start_noise = _setting('start_noise', Options.accepted,
                            'Greatest distance from flat at which the cloth starts [m].')
-    start_seed = _setting('start_seed', functools.partial(checks.whole, low=0, high=2**31 - 1),
+    start_seed = _setting('start_seed', Options.accepted,
                           'Which of all random bumps the cloth starts with.')
 
     @property
@@ -147,7 +144,7 @@ class Cloth:
 
     @stretch_limit.setter
     def stretch_limit(self, limit: float) -> None:
-        limit = checks.finite('stretch_limit', limit, 0.0, 1e6)
+        limit = Options.accepted('stretch_limit', limit)
         if limit != self._stretch_limit:
             self._stretch_limit = limit
             self._constrain()
@@ -173,7 +170,7 @@ class Cloth:
 
     @solver.setter
     def solver(self, name: str) -> None:
-        if checks.choice('solver', name, SOLVERS) != self._solver_name:
+        if Options.accepted('solver', name) != self._solver_name:
             self._remodel(self._mesh, self._material, name)
 
     @property
@@ -183,7 +180,7 @@ class Cloth:
 
     @precision.setter
     def precision(self, precision: str) -> None:
-        if checks.choice('precision', precision, PRECISIONS) != self._mesh.precision:
+        if Grid.accepted('precision', precision) != self._mesh.precision:
             old, positions, velocities = self._mesh, self.positions, self.velocities
             self._put_on(Mesh(old.rows, old.columns, old.length, old.width, old.pinned, precision),
                          self._hoist_top)

@@ -20,7 +20,8 @@ from flag_sim.cloth.material import Air, Material
 from flag_sim.cloth.mesh import Mesh
 from flag_sim.cloth.model import Model
 from flag_sim.cloth.solvers.solver import Solver
-from flag_sim.cloth.stability import damping_bound, Plan, plan, SHORTEST_STEP, Stepping
+from flag_sim.cloth.stability import damping_bound, Plan, plan, SHORTEST_STEP
+from flag_sim.cloth.stepping import Stepping
 
 
 class Stepper:

@@ -40,8 +40,9 @@ def random_parameters(rng, rows, columns, length, width):
         return 0.0 if rng.random() < chance else 10.0**rng.uniform(low, high)
 
     node_mass = 10.0**rng.uniform(-6.0, 3.0)
+    density = node_mass / (length / (columns - 1) * width / (rows - 1))
     material = Material(
-        node_mass / (length / (columns - 1) * width / (rows - 1)),
+        min(max(density, 1e-6), 1e6),
         often_zero(0, 9, 0.1), often_zero(0, 9, 0.1), often_zero(-6, 4, 0.3),
         often_zero(-3, 3, 0.3), often_zero(-3, 3, 0.5))
     return material, Stepping(substeps_limit=int(rng.choice([1, 10, 100, 300])))
@@ -49,8 +50,8 @@ def random_parameters(rng, rows, columns, length, width):
 
 def random_air(rng):
     """Return air of any law, as thick and as rough as the node's parameters go and far thinner."""
-    return Air(10.0**rng.uniform(-3.0, 3.0), 10.0**rng.uniform(-2.0, 2.0),
-               rng.choice(list(DRAG_LAWS)))
+    density, drag = 10.0**rng.uniform(-3.0, 3.0), 10.0**rng.uniform(-2.0, 2.0)
+    return Air(density, drag, rng.choice(list(DRAG_LAWS)))
 
 
 def random_wind(rng):
