@@ -2,6 +2,7 @@
 PYTHON ?= python3
 SHOT ?= gust
 MINUTES ?= 5
+WORKERS ?= 2
 
 # Where a ROS installation is sourced, its rclpy is on PYTHONPATH (-S hides all other packages)
 # and is used, together with the system's numpy, which it was built for. Everywhere else ROS
@@ -15,13 +16,14 @@ READY = .venv/ready-$(ROS)
 
 help:
 	@echo 'make demo   film config/$(SHOT).yaml into out/demo (another shot: make demo SHOT=name)'
-	@echo 'make test   run all tests'
+	@echo 'make test   run all tests, in WORKERS=$(WORKERS) processes'
 	@echo 'make soak   run 2000 random extremes of the cloth for each method that promises to bear them,'
 	@echo '            finer grids, and statistics of more flights: about a quarter of an hour'
 	@echo 'make bench  measure frames per second and the work on many keys, into out/bench*.json'
 	@echo 'make bench-cloth    move the cloth beside other programs, into out/bench-cloth.json'
 	@echo 'make bench-drawing  draw frames beside other programs, into out/bench-drawing.json'
 	@echo 'make study  measure what accuracy costs here, in MINUTES=$(MINUTES), into out/study/report.md'
+	@echo 'make parameters   write docs/parameters.md by the declarations in the code'
 	@echo 'make clean  remove .venv, out and all that was built'
 
 # Nothing of a demo or a test leaves this machine.
@@ -35,11 +37,12 @@ demo:
 	@.venv/bin/python -m flag_sim.tools.demo --shot '$(SHOT)'
 
 test:
-	@.venv/bin/python -m pytest -rs
+	@.venv/bin/python -m pytest -rs -n '$(WORKERS)' --dist worksteal
 
 soak:
 	@FLAG_SIM_EXTREMES=2000 FLAG_SIM_SOAK=1 .venv/bin/python -m pytest -rsP \
-	test/cloth/test_extremes.py test/cloth/test_refinement.py test/cloth/test_statistics.py
+	test/cloth/test_conservation.py test/cloth/test_extremes.py test/cloth/test_refinement.py \
+	test/cloth/test_statistics.py
 
 bench:
 	@.venv/bin/python test/benchmark/pipeline.py
@@ -47,6 +50,9 @@ bench:
 
 study:
 	@.venv/bin/python -m flag_sim.study --minutes '$(MINUTES)'
+
+parameters: $(READY)
+	@.venv/bin/python -m flag_sim.declarations.page > docs/parameters.md
 
 # The peers have an environment of their own; one that cannot be installed is named by the table.
 PEERS = moderngl panda3d opencv-python-headless taichi newton mujoco
@@ -79,4 +85,4 @@ $(READY): setup.py pyproject.toml package.xml
 	|| { echo 'rclpy cannot be imported; a sourced ROS needs its own Python: make PYTHON=/usr/bin/python3' >&2; exit 1; }
 	@touch '$@'
 
-.PHONY: help demo test soak bench bench-cloth bench-drawing study clean
+.PHONY: help demo test soak bench bench-cloth bench-drawing study parameters clean

@@ -17,13 +17,11 @@ from collections.abc import Callable, Mapping
 import math
 
 from flag_sim.cloth import energy
-from flag_sim.cloth.mesh import Mesh
 from flag_sim.cloth.simulation import Cloth, Diverged
 from flag_sim.cloth.strain import greatest_strain
 from flag_sim.declarations.making import (
     air_of, cloth_of, hang_of, material_of, pole_of, stepping_of)
 from flag_sim.declarations.step_report import is_softened, StepReport
-from flag_sim.parameters import checks
 from flag_sim.protocol.throttled_log import Entry
 import numpy as np
 
@@ -46,20 +44,6 @@ def warm_up(values: Mapping) -> None:
                   precision=values['precision'])
     cloth.advance(1e-3)
     cloth.normals()
-
-
-def check_cloth(values: Mapping) -> None:
-    """Raise ValueError for values of which no cloth can be made."""
-    material_of(values), air_of(values), stepping_of(values)
-    if values['pole.diameter'] >= values['pole.height']:
-        diameter, height = (checks.text(values[f'pole.{n}']) for n in ('diameter', 'height'))
-        raise ValueError(f'pole.diameter {diameter} m must be less than pole.height '
-                         f'{height} m')
-    _, length, width = hang_of(values)
-    try:
-        Mesh(2, 2, length, width)  # refuses a size that no grid has
-    except ValueError as error:
-        raise ValueError(f'flag.{error}') from None
 
 
 class MovingCloth:

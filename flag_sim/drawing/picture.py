@@ -30,7 +30,7 @@ from flag_sim.drawing.scene import flag_scene, Object
 from flag_sim.drawing.scene_buffers import SceneBuffers
 from flag_sim.drawing.shading import Light, shade
 from flag_sim.drawing.shapes import Dimensions
-from flag_sim.drawing.style import Materials, Style
+from flag_sim.drawing.style import Materials, Style, THREADS
 from flag_sim.parallel.thread_pool import ThreadPool
 from flag_sim.parameters import checks
 
@@ -40,17 +40,15 @@ import numpy as np
 CHUNKS_AT_ONCE = 128
 # More pieces of work than this are shared among threads; fewer are done sooner than those begin.
 WORTH_SHARING = 4
-MAX_THREADS = 64
 
 
 class Picture:
     """
     Draws frames into buffers of its own, which it keeps from frame to frame.
 
-    threads: how many share a frame, from 0 to MAX_THREADS; 0 chooses by measuring the first
-    frames. The pixels are the same for any number. Raises ValueError for others. Only what this
-    frame or the last one drew into is cleared and turned into bytes: elsewhere the background is
-    there already.
+    threads: how many share a frame, see THREADS; 0 chooses by measuring the first frames. The
+    pixels are the same for any number. Raises ValueError for others. Only what this frame or the
+    last one drew into is cleared and turned into bytes: elsewhere the background is there already.
 
     >>> frame = Picture().draw(vertices, channels=['depth'])     # (rows, columns, 3) [m]
     >>> frame.colour, frame.depth
@@ -58,16 +56,16 @@ class Picture:
 
     __slots__ = ('_pool', '_scene', '_framebuffer', '_colours', '_buffers')
 
-    def __init__(self, threads: int = 1):
+    def __init__(self, threads: int = THREADS.default):
         """Begin without buffers: the first frame's camera says how large they are."""
-        self._pool = ThreadPool(checks.whole('threads', threads, 0, MAX_THREADS))
+        self._pool = ThreadPool(THREADS.convert(threads))
         self._scene = self._framebuffer = self._colours = None
         self._buffers = {}
 
-    def draw(self, flag_vertices, flag_normals=None, camera: Camera = Camera(),
-             light: Light = Light(), materials: Materials = Materials(),
-             dimensions: Dimensions = Dimensions(), style: Style = Style(),
-             channels=()) -> Frame:
+    def draw(self, flag_vertices: np.ndarray, flag_normals: np.ndarray | None = None,
+             camera: Camera = Camera(), light: Light = Light(),
+             materials: Materials = Materials(), dimensions: Dimensions = Dimensions(),
+             style: Style = Style(), channels: Iterable[str] = ()) -> Frame:
         """
         Draw the source's scene (1.2): a flag, its pole and its platform.
 
@@ -78,8 +76,9 @@ class Picture:
         objects = flag_scene(flag_vertices, flag_normals, camera, materials, dimensions)
         return self.draw_scene(objects, camera, light, style, channels)
 
-    def draw_scene(self, objects, camera: Camera = Camera(), light: Light = Light(),
-                   style: Style = Style(), channels=()) -> Frame:
+    def draw_scene(self, objects: Iterable[Object], camera: Camera = Camera(),
+                   light: Light = Light(), style: Style = Style(),
+                   channels: Iterable[str] = ()) -> Frame:
         """
         Draw a list of objects.
 
@@ -101,7 +100,7 @@ class Picture:
             colours = self._project_and_shade(objects, geometry, camera, light, style)
             order = self._cull(geometry, camera, style)
             self._rasterize(geometry, colours, order, camera, style, channels)
-        return self._framebuffer.frame(geometry)
+        return self._framebuffer.frame(self._scene)
 
     def _project_and_shade(self, objects, geometry, camera, light, style):
         """Take the vertices to the screen; return the Colours of vertices or triangles."""
@@ -154,7 +153,7 @@ class Picture:
         return order
 
     def _run(self, pieces, work):
-        """Call work(thread), by which `pieces` pieces of work are done, in all threads or one."""
+        """Call work(thread) in all threads, or in this one alone for few pieces of work."""
         if pieces > WORTH_SHARING:
             self._pool.parallel_for(work)
         else:
@@ -168,7 +167,7 @@ class Picture:
                                             -(-camera.height // BAND), style.clear_colour)
         images = self._framebuffer.images(channels)
         settings = _render_settings(camera, style)
-        primitives = most_primitives(geometry) if 'visibility' in channels else 0
+        primitives = most_primitives(geometry) if images.visibility[0].size else 0
         shape = camera.width, len(geometry.triangles), style.samples > 1, primitives
         if any(known != shape for known, _ in self._buffers.values()):
             self._buffers = {}

@@ -20,13 +20,15 @@ the platform's lower face; z is up. All round things share their angles, so that
 the platform's hole without a gap. Hard edges repeat their vertices, one for each face that meets
 there.
 """
+from collections.abc import Sequence
 import dataclasses
 import functools
 import math
 
-from flag_sim.drawing import ranges
+from flag_sim.drawing.camera import Camera
 from flag_sim.drawing.mesh import Mesh
 from flag_sim.parameters import checks
+from flag_sim.parameters.declared import Declared, declared
 
 import numpy as np
 
@@ -39,38 +41,39 @@ MOST_SEGMENTS = 256
 
 
 @dataclasses.dataclass(frozen=True)
-class Dimensions:
+class Dimensions(Declared):
     """
     Dimensions [m] of the pole and the platform, and whether they are seen.
 
     The pole is a cylinder of pole_height with a dome on top, a half sphere whose RADIUS is the
     cylinder's DIAMETER, closed below by a flat ring. The platform is a square box of
     platform_side and platform_height with a hole of the pole's radius through its middle.
-    Raises ValueError for a measure that is not above 0, for a hole wider than the platform, and
-    for a switch that is neither True nor False.
+    Raises ValueError for a value out of its range, and for a hole wider than the platform.
     """
 
-    pole_height: float = 9.0
-    pole_diameter: float = 0.1
-    platform_side: float = 1.0
-    platform_height: float = 0.3
-    pole_visible: bool = True
-    platform_visible: bool = True
+    pole_height: float = declared(9.0, 'height of the pole without its tip', 'm', 0.1, 1000.0,
+                                  name='pole.height')
+    pole_diameter: float = declared(0.1, 'diameter of the pole; radius of its tip', 'm',
+                                    0.001, 10.0, name='pole.diameter')
+    platform_side: float = declared(1.0, 'side of the platform, a square', 'm', 0.01, 100.0,
+                                    name='platform.side')
+    platform_height: float = declared(0.3, 'height of the platform', 'm', 0.01, 100.0,
+                                      name='platform.height')
+    pole_visible: bool = declared(True, 'draw the pole', name='pole.visible')
+    platform_visible: bool = declared(True, 'draw the platform', name='platform.visible')
 
     def __post_init__(self):
-        """Refuse what cannot be built; keep plain numbers."""
-        checks.fields(self, ['pole_height', 'pole_diameter', 'platform_side', 'platform_height'],
-                      above=0.0)
-        ranges.switches(self, ['pole_visible', 'platform_visible'])
-        checks.require(self.platform_side > self.pole_diameter, 'platform_side',
-                       f'greater than pole_diameter {self.pole_diameter}', self.platform_side)
+        """Refuse what cannot be built."""
+        super().__post_init__()
+        check_hole(self.platform_side, self.pole_diameter)
 
-    def segments(self, camera) -> int:
+    def segments(self, camera: Camera) -> int:
         """
         Return in how many chords to cut a circle for `camera`: a multiple of four.
 
         The dome's circle, the widest, is measured where the pole is nearest to the camera.
         """
+        checks.instance('camera', camera, Camera)
         radius = self.pole_diameter
         x, y, z = camera.position
         beside = max(z - self.pole_height, -z, 0.0)
@@ -81,7 +84,12 @@ class Dimensions:
         return min(max(4 * math.ceil(wanted / 4), FEWEST_SEGMENTS), MOST_SEGMENTS)
 
 
-def box_mesh(low, high) -> Mesh:
+def check_hole(side: float, diameter: float, names=('platform_side', 'pole_diameter')) -> None:
+    """Raise ValueError, by these names, unless a platform is wider than its pole [m]."""
+    checks.require(side > diameter, names[0], f'greater than {names[1]} {diameter}', side)
+
+
+def box_mesh(low: Sequence[float], high: Sequence[float]) -> Mesh:
     """
     Build a box with sides along the axes, from the corner `low` to `high`, both (3,) [m].
 
@@ -100,7 +108,12 @@ def box_mesh(low, high) -> Mesh:
 
 @functools.lru_cache(maxsize=8)
 def pole_mesh(dimensions: Dimensions, segments: int) -> Mesh:
-    """Build the pole with round parts of `segments` chords, a multiple of four."""
+    """
+    Build the pole with round parts of `segments` chords, a multiple of four.
+
+    Raises ValueError unless from FEWEST_SEGMENTS to MOST_SEGMENTS of them.
+    """
+    segments = _check_segments(segments)
     radius, dome = 0.5 * dimensions.pole_diameter, dimensions.pole_diameter
     height = dimensions.pole_height
     angles = np.linspace(0.0, 0.5 * math.pi, segments // 4 + 1)
@@ -114,7 +127,8 @@ def pole_mesh(dimensions: Dimensions, segments: int) -> Mesh:
 
 @functools.lru_cache(maxsize=8)
 def platform_mesh(dimensions: Dimensions, segments: int) -> Mesh:
-    """Build the platform with a hole of `segments` chords, a multiple of four."""
+    """Build the platform with a hole of `segments` chords, as many as the pole's."""
+    segments = _check_segments(segments)
     radius, half = 0.5 * dimensions.pole_diameter, 0.5 * dimensions.platform_side
     height = dimensions.platform_height
     wall = _revolve(segments, [([radius, radius], [height, 0.0], [-1.0, -1.0], [0.0, 0.0])])
@@ -127,6 +141,12 @@ def platform_mesh(dimensions: Dimensions, segments: int) -> Mesh:
     for side in range(4):
         parts.append(_upright(square[side], square[(side + 1) % 4], height))
     return _join(parts)
+
+
+def _check_segments(segments):
+    segments = checks.whole('segments', segments, FEWEST_SEGMENTS, MOST_SEGMENTS)
+    checks.require(segments % 4 == 0, 'segments', 'a multiple of four', segments)
+    return segments
 
 
 def _circle(segments):

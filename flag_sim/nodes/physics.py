@@ -18,9 +18,10 @@ import sys
 import time
 
 from flag_sim.cloth.simulation import MAX_WIND
-from flag_sim.declarations.moving_cloth import check_cloth, kernels_of, MovingCloth, warm_up
-from flag_sim.declarations.nodes import PHYSICS, SCENE
-from flag_sim.jit.kernels import compilations
+from flag_sim.declarations.moving_cloth import kernels_of, MovingCloth, warm_up
+from flag_sim.declarations.physics import PHYSICS
+from flag_sim.declarations.scene import check_scene
+from flag_sim.jit.cache import compilations
 from flag_sim.parameters import checks
 from flag_sim.protocol.frames import FrameId
 from flag_sim.ros import messages
@@ -46,7 +47,7 @@ class Physics(FrameNode):
     """
 
     def __init__(self):
-        super().__init__('physics', SCENE + PHYSICS)
+        super().__init__('physics', PHYSICS)
         self._busy = 0.0, ''  # how long the last frame took [s]; what was compiled or loaded then
         self._cloth = MovingCloth(self.values)
         self._warm_up(self.values)
@@ -61,7 +62,7 @@ class Physics(FrameNode):
 
     def check(self, values: Mapping) -> None:
         """Raise ValueError for values of which no cloth can be made."""
-        check_cloth(values)
+        check_scene(values)
 
     def check_wind(self, wind: np.ndarray) -> None:
         """Raise ValueError for a wind (3,) [m/s] that the cloth does not take."""

@@ -17,7 +17,7 @@ from collections.abc import Mapping, Sequence
 import sys
 import time
 
-from flag_sim.declarations.nodes import PLAYER
+from flag_sim.declarations.player import PLAYER
 from flag_sim.protocol.frames import FrameId
 from flag_sim.protocol.recorded_frames import recorded_frames
 from flag_sim.ros.bag import RecordedTopics

@@ -19,7 +19,7 @@ import datetime
 import sys
 import time
 
-from flag_sim.declarations.nodes import RECORDER
+from flag_sim.declarations.recorder import RECORDER
 from flag_sim.protocol.cdr import serialized_stamp
 from flag_sim.protocol.recording import Placement, Recording
 from flag_sim.ros import frame_message, messages

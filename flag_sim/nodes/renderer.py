@@ -18,7 +18,8 @@ import sys
 import time
 
 from flag_sim.declarations.making import Look, look_of
-from flag_sim.declarations.nodes import RENDERER, SCENE
+from flag_sim.declarations.renderer import RENDERER
+from flag_sim.declarations.scene import check_scene
 from flag_sim.drawing import Picture
 from flag_sim.protocol.frames import FrameId
 from flag_sim.protocol.stamp_buffer import StampBuffer
@@ -54,7 +55,7 @@ class Renderer(FrameNode):
     """Publishes image, camera_info and depth of every frame whose vertices and parameters came."""
 
     def __init__(self):
-        super().__init__('renderer', SCENE + RENDERER)
+        super().__init__('renderer', RENDERER)
         self._values = self._look = None
         self._clouds = StampBuffer(DEPTH)  # positions and normals
         self._first = None  # stamp of the take's first frame [ns]
@@ -81,7 +82,7 @@ class Renderer(FrameNode):
 
     def check(self, values: Mapping) -> None:
         """Raise ValueError for values of which no picture can be made."""
-        look_of(values)
+        check_scene(values)
 
     # What arrives.
 

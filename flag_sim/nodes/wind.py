@@ -21,7 +21,7 @@ from flag_sim.animation.keys import values_at
 from flag_sim.animation.tracks import SAME
 from flag_sim.animation.wind_source import WindSource
 from flag_sim.declarations.keyable import TARGETS
-from flag_sim.declarations.nodes import WIND
+from flag_sim.declarations.wind import WIND
 from flag_sim.protocol.clock import FrameClock
 from flag_sim.protocol.frames import next_take
 from flag_sim.protocol.missed_frames import MissedFrames

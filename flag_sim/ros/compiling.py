@@ -18,7 +18,7 @@ import contextlib
 import threading
 import time
 
-from flag_sim.jit.kernels import compilations
+from flag_sim.jit.cache import compilations
 from rclpy.node import Node
 
 

@@ -14,7 +14,7 @@
 
 """The cloth that parameters make, from frame to frame: what starts it anew and what does not."""
 from flag_sim.cloth import Cloth
-from flag_sim.declarations.moving_cloth import check_cloth, MovingCloth
+from flag_sim.declarations.moving_cloth import MovingCloth
 from flag_sim.declarations.nodes import defaults
 import numpy as np
 import pytest
@@ -98,14 +98,3 @@ def test_figures_and_words_tell_of_a_softened_cloth():
     assert entry.level == 'warning' and 'substeps_limit allows 5' in entry.text
     assert cloth.softness() == 'the cloth is softer than it is set'
     assert cloth.figures()['steps granted'] == 5
-
-
-@pytest.mark.parametrize('changes, rule', [
-    ({'pole.diameter': 5.0, 'pole.height': 4.0},
-     'pole.diameter 5 m must be less than pole.height 4 m'),
-    ({'flag.length': 1e-9}, 'flag.length must be')])
-def test_values_of_which_no_cloth_can_be_made_are_refused(changes, rule):
-    """By the names of the parameters."""
-    check_cloth(VALUES)
-    with pytest.raises(ValueError, match=rule):
-        check_cloth({**VALUES, **changes})

@@ -15,7 +15,7 @@
 """An animation that is edited while it plays: what is taken, what is refused, what goes on."""
 import math
 
-from flag_sim.declarations.nodes import WIND
+from flag_sim.declarations.wind import WIND
 from flag_sim.ros.frame_message import read_parameters
 from flag_sim.tools.graph import Graph
 import numpy as np

@@ -20,7 +20,7 @@ import re
 import time
 
 from flag_sim.cloth import Cloth
-from flag_sim.declarations.nodes import PHYSICS, SCENE
+from flag_sim.declarations.physics import PHYSICS
 from flag_sim.nodes.physics import Physics
 from flag_sim.nodes.renderer import Renderer
 from flag_sim.protocol.frames import FrameId
@@ -113,7 +113,7 @@ def test_an_invalid_keyed_value_is_refused_and_the_next_frame_served(bench, capf
 
 
 @pytest.mark.parametrize('keyed, rule', [
-    ({'flag.length': 1e-5}, 'flag.length must be between 0.001 and 10000, not 1e-05'),
+    ({'flag.length': 1e-5}, 'flag.length must be 0 or a number from 0.001 to 100 [m], not 1e-05'),
     ({'pole.diameter': 9.0}, 'pole.diameter 9 m must be less than pole.height 9 m')], ids=str)
 def test_keyed_values_that_cannot_stand_together_are_left_out_and_frames_go_on(
         bench, capfd, keyed, rule):
@@ -143,7 +143,7 @@ def test_a_frame_whose_values_cannot_stand_together_keeps_those_of_the_frame_bef
 
 def test_nan_and_infinite_numbers_are_refused(bench, capfd):
     """Each parameter of the node that is a number refuses NaN and infinity, set and keyed."""
-    numbers = [declaration.name for declaration in SCENE + PHYSICS
+    numbers = [declaration.name for declaration in PHYSICS
                if type(declaration.default) in (int, float) and not declaration.fixed]
     assert len(numbers) > 20
     for name in numbers:
@@ -162,7 +162,7 @@ def test_nan_and_infinite_numbers_are_refused(bench, capfd):
     ('damping:=.inf', 'not inf'),
     ('grid.rows:=1', 'grid.rows must be a whole number from 2 to 1001 [nodes], not 1'),
     ('grid.columns:=1000000000', 'not 1000000000'),
-    ('flag.length:=1e-5', 'flag.length must be between 0.001 and 10000, not 1e-05'),
+    ('flag.length:=1e-5', 'flag.length must be 0 or a number from 0.001 to 100 [m], not 1e-05'),
     ('solver:=magic', "not 'magic'")])
 def test_a_bad_start_is_refused(domain, arguments, rule):
     """The process then ends with one line; test_parameters has that for every node."""

@@ -13,7 +13,8 @@
 # limitations under the License.
 
 """The player: bags as `ros2 bag record` writes them, with gaps, takes, namespaces and names."""
-from flag_sim.declarations.nodes import PLAYER, RECORDER
+from flag_sim.declarations.player import PLAYER
+from flag_sim.declarations.recorder import RECORDER
 from flag_sim.nodes.player import Player
 from flag_sim.nodes.recorder import Recorder
 from flag_sim.protocol.frames import FrameId

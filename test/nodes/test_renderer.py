@@ -191,7 +191,7 @@ def test_a_spoilt_cloud_is_refused_and_the_next_one_drawn(small, spoil, said):
 def test_image_sizes(stand, width, height):
     """Each size gives images, depth and camera info of that size."""
     assert stand.put(width=width, height=height, camera__distance=3.0,
-                      camera__target=[1.2, 0.3, 8.0]).successful
+                     camera__target=[1.2, 0.3, 8.0]).successful
     rgb, info, depth = stand.film(cloud(wave(5, 7)))
     assert (info.width, info.height) == (width, height)
     expected, expected_depth = stand.expected(wave(5, 7))
