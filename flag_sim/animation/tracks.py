@@ -24,7 +24,7 @@ import copy
 import itertools
 import math
 
-from flag_sim.animation.laws import STEPPED, LAWS, monotone_slopes
+from flag_sim.animation.laws import LAWS, monotone_slopes, STEPPED
 from flag_sim.parameters import checks
 from flag_sim.parameters.closed import constant
 import numpy as np
