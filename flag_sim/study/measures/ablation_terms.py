@@ -20,7 +20,9 @@ from typing import NamedTuple
 from flag_sim.cloth import Cloth, Material
 from flag_sim.cloth.forces import set_forces, Work
 from flag_sim.cloth.model import Model
+from flag_sim.cloth.records import Nodes
 from flag_sim.cloth.solvers.symplectic import Symplectic
+from flag_sim.cloth.stepper import Stepper
 from flag_sim.declarations.making import hang_of
 from flag_sim.study.measures.reference import on_grid
 from flag_sim.study.measures.settings import changed, defaults, Settings
@@ -60,9 +62,9 @@ class TrueWind(Symplectic):
     def force(self, state, forcing):
         """Return the wind's force on every node, x, y and z, flat [N]: that of a limp sheet."""
         limp, number = self._limp, self.model.mesh.number
-        coefficients = limp.coefficients(forcing._replace(gravity=0.0), self.order)
-        set_forces(state.position, self._still, number(forcing.wind), limp.mass,
-                   limp.mesh.weights, coefficients, self._wind, number(0.0), limp.mesh.span)
+        coefficients = limp.coefficients(forcing._replace(gravity=0.0), self.drag_order)
+        set_forces(Nodes(state.position, self._still), limp.sheet, coefficients, self._wind,
+                   number(0.0), limp.mesh.band())
         return self._wind.force
 
 
@@ -79,9 +81,9 @@ class TrueWindCloth(Cloth):
                    precision=cloth.precision)
 
     def _remodel(self, mesh, material, solver_name):
-        """Make the solver; plans, which make another for a softened model, keep its type."""
+        """Take a mesh and a material, and step by TrueWind whatever the name."""
         super()._remodel(mesh, material, solver_name)
-        self._solver = TrueWind(self._solver.model)
+        self._stepper = Stepper(mesh, material, TrueWind)
 
 
 class Term(NamedTuple):

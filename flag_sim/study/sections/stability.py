@@ -30,7 +30,7 @@ from flag_sim.cloth import Material
 from flag_sim.cloth.forces import Forcing
 from flag_sim.cloth.material import Air, VACUUM
 from flag_sim.cloth.solvers import SOLVERS
-from flag_sim.cloth.stability import Stepping
+from flag_sim.cloth.stepping import Stepping
 from flag_sim.study.measures import stability_trial as trial, summary
 from flag_sim.study.measures.settings import MAX_GAP, RANGES, WEATHER
 from flag_sim.study.report import table
