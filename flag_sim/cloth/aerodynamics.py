@@ -29,7 +29,7 @@ from typing import NamedTuple
 from flag_sim.cloth.mesh import LEAST_AREA2
 from flag_sim.cloth.pressure import divisor, pressure, SEED
 from flag_sim.cloth.records import Band, Field, NEXT, Nodes, Vector, Weights
-from flag_sim.jit.kernels import inner_kernel, kernel, wide_kernel
+from flag_sim.jit.kernels import inner_kernel, lean_kernel, wide_kernel
 import numpy as np
 
 
@@ -113,7 +113,7 @@ def pressure_force(upper: np.ndarray, lower: np.ndarray, i: np.uint64, stride: n
     return upper[i] + lower[n - NEXT] + half * (upper[w] + lower[w] + upper[n] + lower[n])
 
 
-@kernel
+@lean_kernel
 def add_pressure_forces(faces: tuple, force: Field, band: Band) -> None:
     """Add to each node's force [N] that of the six faces that meet in it (1.4)."""
     for axis in range(3):

@@ -67,12 +67,12 @@ class Air(Declared):
                         choices=tuple(DRAG_LAWS))
 
     @property
-    def drag(self):
+    def drag(self) -> float:
         """Return the factor of the law [kg/m3]: rho C_d / 2, 1 for 1.3; 0 if the wind is off."""
         drag = 0.5 * self.density * self.drag_coefficient
         return 1.0 if self.law == 'seed' and drag > 0.0 else drag
 
-    def greatest_rate(self, order):
+    def greatest_rate(self, order: int) -> float:
         """Return how much of a velocity the drag takes in a step of a method at most."""
         return GREATEST_RATE[self.law][order] if self.drag > 0.0 else 0.0
 

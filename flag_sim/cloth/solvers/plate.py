@@ -16,9 +16,9 @@
 Bending for position-based dynamics: all curvatures of a line are projected at once.
 
 Projected one after the other, stiff curvatures give way to their neighbours, and the sheet is the
-limper the finer its grid is. Bending is quadratic in the positions: curvatures D x of constants s = h^2 b
-end a step at x - W D^T p, W the inverse masses, with the Lagrange multipliers p [kg m] (Macklin,
-Mueller, Chentanez, XPBD, 2016, (18), times s) of
+limper the finer its grid is. Bending is quadratic in the positions: curvatures D x of constants s
+= h^2 b end a step at x - W D^T p, W the inverse masses, with the Lagrange multipliers p [kg m]
+(Macklin, Mueller, Chentanez, XPBD, 2016, (18), times s) of
 
     (1 + s D W D^T) p = s D x.
 

@@ -189,9 +189,9 @@ class XPBD(Solver):
     """
     One symmetric sweep over all curvatures and lines of springs in each of many small steps.
 
-    First order. Springs act implicitly along themselves, explicitly across. Constraints are projected
-    with compliance (Macklin, Mueller, Chentanez, XPBD, 2016; Macklin et al., Small Steps in
-    Physics Simulation, 2019), all springs of a line together (Deul, Kugelstadt, Weiler, Bender,
+    First order. Springs act implicitly along themselves, explicitly across. Constraints are
+    projected with compliance (Macklin, Mueller, Chentanez, XPBD, 2016; Macklin et al., Small Steps
+    in Physics Simulation, 2019), all springs of a line together (Deul, Kugelstadt, Weiler, Bender,
     Direct Position-Based Solver for Stiff Rods, 2018). What a sweep finds is put together so that
 
     - angular momentum is kept: springs keep the direction that they have at the step's beginning,
