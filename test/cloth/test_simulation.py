@@ -183,7 +183,8 @@ def test_one_bad_number_breaks_a_bound(row, what, value):
     ({'rows': 1}, 'rows must be a whole number from 2'),
     ({'columns': 0}, 'columns must be a whole number from 2'),
     ({'rows': 2.5}, 'rows must be a whole number from 2 to 1001 [nodes], not 2.5'),
-    ({'rows': 100000, 'columns': 100000}, 'rows must be a whole number from 2 to 1001 [nodes], not 100000'),
+    ({'rows': 100000, 'columns': 100000},
+     'rows must be a whole number from 2 to 1001 [nodes], not 100000'),
     ({'length': 0.0}, 'length must be between'),
     ({'width': math.nan}, 'width must be finite, not nan'),
     ({'hoist_top': (0.0, 1.0)}, 'hoist_top must have shape (3,), not (2,)'),
@@ -221,7 +222,8 @@ def test_bad_cloths_are_refused(arguments, rule):
     (lambda cloth: setattr(cloth, 'precision', 'float16'), 'precision must be one of'),
     (lambda cloth: setattr(cloth, 'stretch_limit', -1.0), 'stretch_limit must be a number from 0'),
     (lambda cloth: setattr(cloth, 'pole', (0.0, 0.0, 0.0)), 'radius of the pole must be greater'),
-    (lambda cloth: setattr(cloth, 'gravity', 'down'), "gravity must be a number from 0 to 1000 [m/s2], not 'down'")])
+    (lambda cloth: setattr(cloth, 'gravity', 'down'),
+     "gravity must be a number from 0 to 1000 [m/s2], not 'down'")])
 def test_bad_changes_are_refused_and_change_nothing(change, rule):
     """The cloth goes on exactly as if they had not been asked for."""
     cloth, same = running(3), running(3)
@@ -278,7 +280,7 @@ def test_whole_numbers_of_steps_may_come_as_floats():
     stepping = Stepping(substeps=30.0, substeps_limit=100.0)
     assert [type(stepping.substeps), type(stepping.substeps_limit)] == [int, int]
     assert Cloth(3, 3, stepping=stepping).advance(0.01, WIND).granted == 30
-    with pytest.raises(ValueError, match='substeps must be a whole number from 0 to 100000, not 3.5'):
+    with pytest.raises(ValueError, match='substeps must be a whole number from 0 .*, not 3.5'):
         Stepping(substeps=3.5)
 
 
