@@ -168,7 +168,8 @@ class Terminal:
         if name in self._graph.processes:
             log = self._graph.log(name)
             assert self._graph.processes[name].returncode == 0, log
-            assert '[ERROR]' not in log and 'Traceback' not in log, log
+            for word in ('[ERROR]', 'Traceback', 'unknown and ignored'):  # a misspelt parameter
+                assert word not in log, log
 
     def _see_frames(self):
         for name in ('physics', 'wind'):
