@@ -24,8 +24,8 @@ from flag_sim.study.measures.ablation_runs import AblationRuns
 from flag_sim.study.measures.ablation_terms import (
     CONTROL, finer, settings_of, SHOTS, Term, TERMS, TrueWind, TrueWindCloth)
 from flag_sim.study.measures.settings import defaults
-from flag_sim.study.runner import Store
 from flag_sim.study.sections import ablation
+from flag_sim.study.store import Store
 import numpy as np
 import pytest
 from support.budgets import FewRows
@@ -38,7 +38,7 @@ TIMES = {f'{word}_{which}' for word in ('ms', 'spread_ms') for which in ('with',
 
 def measured(name, shot='fresh', **others):
     """Measure a term of a small flag in a small picture."""
-    return ablation.measure(BY_NAME[name], {**SHOTS[shot], **SMALL, **others})
+    return AblationRuns(BY_NAME[name], {**SHOTS[shot], **SMALL, **others}).measured()
 
 
 @pytest.mark.parametrize('term', TERMS, ids=lambda term: term.name)
@@ -46,7 +46,7 @@ def test_one_of_on_and_off_is_the_default_and_the_reason_says_which(term):
     """And the parameters of the other one exist, and are other than the default."""
     changes = {**term.on, **term.off}
     assert not (term.on and term.off)
-    assert (bool(changes) or bool(term.remake)) == (term.name != CONTROL)
+    assert (bool(changes) or bool(term.replace)) == (term.name != CONTROL)
     for name, value in changes.items():
         assert defaults()[name] != value
     if term.name != CONTROL:
@@ -103,7 +103,7 @@ def test_a_run_that_diverges_is_told_by_dashes():
     """And neither ends the study nor lends its numbers to the others."""
     storm = Term('storm', {}, {'solver': 'seed', 'area_density': 1e-6, 'stretch_limit': 1e6,
                                'speed': 200.0, 'substeps_limit': 5}, ('fresh',), 'on: ')
-    row = ablation.measure(storm, SMALL)
+    row = AblationRuns(storm, SMALL).measured()
     assert row['px_rms'] is row['shape_px'] is row['psnr_db'] is row['changed'] is None
     text = ablation.text([{'key': 'x', **row, 'term': 'wind', 'shot': 'fresh'}])
     assert '| wind | fresh | – | – | – | – | – | – |' in text
@@ -185,8 +185,8 @@ def test_runs_on_nested_grids_begin_in_the_same_state():
     start = runs.starts(1)[0]
     fine, coarse = (runs.begin(which, start) for which in range(2))
     assert fine.positions.shape[:2] == (41, 61) == (finer()['grid.rows'], finer()['grid.columns'])
-    assert np.array_equal(*runs.common(fine.positions, coarse.positions))
-    assert np.array_equal(*runs.common(fine.velocities, coarse.velocities))
+    for what in ('positions', 'velocities'):
+        assert np.array_equal(getattr(fine, what)[::2, ::2], getattr(coarse, what))
     # A sheet's dashpots, in N s/m across the cells that lie beside one another: the same.
     dashpots = [Model(cloth.mesh, cloth.material).spring_c[0] for cloth in (fine, coarse)]
     assert dashpots[0] == pytest.approx(dashpots[1])
@@ -194,7 +194,7 @@ def test_runs_on_nested_grids_begin_in_the_same_state():
 
 def test_an_interrupted_ablation_goes_on_where_it_was(tmp_path, monkeypatch):
     """Rows are those of the first shots, then of the others, each once."""
-    monkeypatch.setattr(ablation, 'measure', lambda term, scene: {'px_rms': len(scene)})
+    monkeypatch.setattr(ablation, 'measured', lambda term, shot: {'px_rms': len(shot)})
     for rows in (5, 7, 1000):
         store = Store(tmp_path, {})
         runner.measure(ablation, store, FewRows(rows))

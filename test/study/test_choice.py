@@ -15,9 +15,9 @@
 """Which settings are taken, from tables of costs that are made up."""
 import math
 
-from flag_sim.study import params_file
+from flag_sim.study import settings_file
 from flag_sim.study.measures import summary
-from flag_sim.study.search import choose, Option, predicted, SURE
+from flag_sim.study.search import choose, MARGIN, Option, predicted
 from hypothesis import given, strategies as st
 import numpy as np
 import pytest
@@ -57,7 +57,7 @@ def test_the_frontier_as_by_brute_force(table, same):
     """All of it are best for their cost; whoever is left out is beaten as the rule says."""
     found = summary.frontier(table, same)
     assert [table[n] for n in found] == sorted(table[n] for n in found)
-    better = 1.0 - summary.WORTH
+    better = 1.0 - summary.MIN_GAIN
     for n, (cost, error) in enumerate(table):
         beaten = any(table[k][0] <= cost and better * table[k][1] <= error
                      for k in found if k != n)
@@ -152,8 +152,8 @@ def test_rows_of_unfinished_turns_do_not_count():
     """Only turns that all settings took are compared."""
     rows = [{'setting': name, 'turn': turn, 'x': 3.0 + turn} for turn in (0, 1)
             for name in 'ab'][:3]
-    assert summary.whole(rows, 'setting') == rows[:2]
-    assert summary.whole(rows[:1], 'setting') == rows[:1]
+    assert summary.complete(rows, 'setting') == rows[:2]
+    assert summary.complete(rows[:1], 'setting') == rows[:1]
     assert summary.total(rows, 'x') == pytest.approx(math.sqrt((9 + 9 + 16) / 3))
     assert summary.total([*rows, {'x': None}], 'x') == math.inf
     assert summary.quartiles([{'x': None}], 'x') is None
@@ -166,31 +166,33 @@ def test_params_files_are_read_as_nodes_read_them(tmp_path):
                     '/cam/renderer:\n  ros__parameters:\n    camera: {distance: 3.0}\n'
                     '    threads: 2\n'
                     '/wind:\n  ros__parameters:\n    pace: lockstep\n')
-    settings, others = params_file.read(path)
+    settings, others = settings_file.read(path)
     assert (settings['pole.height'], settings['camera.distance']) == (12.0, 3.0)
     assert settings['drawing.threads'] == 2
     assert others == ['wind.pace']
     for text in ('[1]', '/wind: 3', 'a: [', ''):
         path.write_text(text)
         with pytest.raises(ValueError, match='is not'):
-            params_file.read(path)
+            settings_file.read(path)
     with pytest.raises(ValueError, match='cannot be read'):
-        params_file.read(tmp_path / 'none.yaml')
+        settings_file.read(tmp_path / 'none.yaml')
 
 
 def test_a_written_file_keeps_types(tmp_path):
     """A float without decimals must not become a whole number, which ROS refuses."""
-    path = tmp_path / 'new.yaml'
+    path, work = tmp_path / 'new.yaml', tmp_path / 'work'
+    work.mkdir()
     values = {'a': 60.0, 'b': 0.05, 'c': 31, 'd': 'symplectic', 'e': 1e-3 / 3.0, 'f': 1e9}
-    params_file.write(path, ['what', '', 'it is'], {'physics': values})
+    settings_file.write(path, ['what', '', 'it is'], {'physics': values}, work)
+    assert path.read_text().startswith('# what\n#\n# it is\n/**/physics:\n')
     known = yaml.safe_load(path.read_text())['/**/physics']['ros__parameters']
     assert known == pytest.approx(values, abs=1e-6)
     assert [type(value) for value in known.values()] == [type(v) for v in values.values()]
     with pytest.raises(FileExistsError):
-        params_file.write(path, [], {})
+        settings_file.write(path, [], {}, work)
     with pytest.raises(ValueError, match='exists'):
-        params_file.check_new(path)
+        settings_file.check_new(path)
     with pytest.raises(ValueError, match='no folder'):
-        params_file.check_new(tmp_path / 'none' / 'x.yaml')
-    assert [p.name for p in tmp_path.iterdir()] == ['new.yaml']
-    assert SURE > 0.0
+        settings_file.check_new(tmp_path / 'none' / 'x.yaml')
+    assert sorted(p.name for p in tmp_path.iterdir()) == ['new.yaml', 'work']
+    assert MARGIN > 0.0

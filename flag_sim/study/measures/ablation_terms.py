@@ -89,9 +89,9 @@ class Term(NamedTuple):
     A term: the parameters {name: value} that it has when it is on, and those that switch it off.
 
     A value may be a function of the other settings. shots: names of SHOTS that it may matter in.
-    why: it is on, or off, by default. nudge: first displacement [m] of the run without the term,
-    for the control. remake: turns a Cloth into one without the term, where no parameter does; the
-    time that it takes tells nothing.
+    why: it is on, or off, by default. offset: first displacement [m] of the run without the term,
+    for the control. replace: turns a Cloth into one without the term, where no parameter does;
+    the time that it takes tells nothing.
     """
 
     name: str
@@ -99,8 +99,8 @@ class Term(NamedTuple):
     off: dict
     shots: tuple
     why: str
-    nudge: float = 0.0
-    remake: Callable = None
+    offset: float = 0.0
+    replace: Callable = None
 
 
 SHOTS = {
@@ -142,22 +142,22 @@ def linear_density(settings: Settings) -> float:
 
 def finer() -> Settings:
     """Return the parameters of the same sheet on a grid twice as fine."""
-    settings = defaults()
-    fine = on_grid(settings, *(2 * settings[name] - 1 for name in ('grid.rows', 'grid.columns')))
-    return {name: value for name, value in fine.items() if value != settings[name]}
+    coarse = defaults()
+    fine = on_grid(coarse, *(2 * coarse[name] - 1 for name in ('grid.rows', 'grid.columns')))
+    return {name: value for name, value in fine.items() if value != coarse[name]}
 
 
 CONTROL = 'nothing'  # the name of the control: what is left where only the last digits differ
 
 TERMS = (
     Term(CONTROL, {}, {}, WINDS, 'the control: its second run begins a nanometre aside',
-         nudge=1e-9),
+         offset=1e-9),
     Term('gravity', {}, {'gravity': 0.0}, WINDS,
          'on: without it the flag does not hang'),
     Term('wind', {}, {'air.density': 0.0}, WINDS,
          'on: without it the flag hangs still'),
     Term('wind relative to the cloth', {}, {}, ('fresh',),
-         'on: the air brakes the cloth, which else moves too much', remake=TrueWindCloth.like),
+         'on: the air brakes the cloth, which else moves too much', replace=TrueWindCloth.like),
     Term('square of the wind, else linear', {},
          {'air.law': 'linear', 'air.density': linear_density}, ('fresh', 'storm'),
          'on: costs the same; matched in one wind, the linear law is wrong in every other'),
