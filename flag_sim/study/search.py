@@ -244,7 +244,7 @@ class Search:
     @staticmethod
     def _cost(rows):
         """Return the median cost of a frame [ms], inf if all diverged."""
-        found = summary.quartiles(rows, *errors.COST)
+        found = summary.quartiles(rows, *summary.COST)
         return math.inf if found is None else found[1]
 
     def _rows(self, part, name, count):

@@ -20,6 +20,7 @@ from flag_sim.cloth.model import Model
 from flag_sim.cloth.state import State
 from flag_sim.declarations.making import cloth_of
 from flag_sim.study import plots, runner
+from flag_sim.study.measures import ablation_runs
 from flag_sim.study.measures.ablation_runs import AblationRuns
 from flag_sim.study.measures.ablation_terms import (
     CONTROL, finer, settings_of, SHOTS, Term, TERMS, TrueWind, TrueWindCloth)
@@ -34,6 +35,12 @@ from support.forces import crumpled, forces
 SMALL = {'grid.rows': 6, 'grid.columns': 10, 'width': 160, 'height': 120}
 BY_NAME = {term.name: term for term in TERMS}
 TIMES = {f'{word}_{which}' for word in ('ms', 'spread_ms') for which in ('with', 'without')}
+
+
+@pytest.fixture(autouse=True)
+def short(monkeypatch):
+    """Shorten the long runs from 20 s to 8 s, of which 5 count."""
+    monkeypatch.setattr(ablation_runs, 'LONG', 8.0)
 
 
 def measured(name, shot='fresh', **others):

@@ -74,13 +74,14 @@ def timings(source, turns, scatter, settings=60, drift=0.0, pause=0.0):
     """
     logs = source.normal(0.0, scatter, (settings, turns)) + source.normal(0.0, drift, turns)
     logs += math.log(10.0) * (source.random((settings, turns)) < pause)
-    return [{'setting': name, 'turn': turn, 'ms': math.exp(logs[name, turn])}
-            for turn in range(turns) for name in range(settings)]
+    return [{'setting': name, 'turn': turn, 'physics_ms': 0.5 * cost, 'drawing_ms': 0.5 * cost}
+            for turn, costs in enumerate(np.exp(logs.T).tolist())
+            for name, cost in enumerate(costs)]
 
 
 def medians(rows):
     """Return the median time of each setting, as an array."""
-    return np.array([summary.quartiles(some, 'ms')[1]
+    return np.array([summary.quartiles(some, *summary.COST)[1]
                      for some in summary.grouped(rows, 'setting').values()])
 
 
@@ -97,10 +98,10 @@ def test_equal_costs_are_told_apart_as_seldom_as_is_said(turns, disturbance):
     """
     source, apart, pairs = np.random.default_rng(3), 0, 0
     for _ in range(40):
-        rows = summary.leveled(timings(source, turns, 0.04, **disturbance), 'ms')
-        times = np.sort(medians(rows))
+        rows = timings(source, turns, 0.04, **disturbance)
+        times = np.sort(medians(summary.leveled(rows)))
         one, other = np.triu_indices(len(times), 1)
-        apart += np.sum(times[other] > times[one] * (1.0 + summary.resolution(rows, 'ms')))
+        apart += np.sum(times[other] > times[one] * (1.0 + summary.resolution(rows)))
         pairs += len(one)
     expected = {2: 0.0135, 5: 0.037, 9: 0.041}[turns]
     if disturbance.get('pause') and turns == 2:
@@ -114,22 +115,22 @@ def test_the_resolution_follows_the_noise():
     source = np.random.default_rng(4)
 
     def found(turns, scatter):
-        return np.mean([summary.resolution(summary.leveled(
-            timings(source, turns, scatter), 'ms'), 'ms') for _ in range(20)])
+        return np.mean([summary.resolution(timings(source, turns, scatter)) for _ in range(20)])
 
     # 60 settings of 4 turns each know their scatter to some 6 %, 20 runs to 1.5 %.
     assert found(4, 0.04) == pytest.approx(2.0 * found(4, 0.02), rel=0.1)
     assert found(4, 0.02) == pytest.approx(2.0 * found(16, 0.02), rel=0.15)
     assert found(4, 0.0) == 0.0
-    times = summary.leveled(timings(source, 5, 0.0, drift=0.3), 'ms')
-    assert np.ptp([row['ms'] for row in times]) < 1e-12
-    diverged = [{'setting': 'a', 'turn': turn, 'ms': None} for turn in range(3)]
+    times = summary.leveled(timings(source, 5, 0.0, drift=0.3))
+    assert np.ptp([row['physics_ms'] for row in times]) < 1e-12
+    diverged = [{'setting': 'a', 'turn': turn, 'physics_ms': None, 'drawing_ms': None}
+                for turn in range(3)]
     quiet = timings(source, 3, 0.02)
-    assert summary.resolution(quiet + diverged, 'ms') == summary.resolution(quiet, 'ms')
-    assert summary.leveled(quiet + diverged, 'ms')[:180] == summary.leveled(quiet, 'ms')
-    assert summary.resolution(diverged, 'ms') == 0.0
-    assert summary.leveled(diverged, 'ms') == diverged
-    assert summary.resolution(quiet[:60], 'ms') == 0.0  # one turn does not know
+    assert summary.resolution(quiet + diverged) == summary.resolution(quiet)
+    assert summary.leveled(quiet + diverged)[:180] == summary.leveled(quiet)
+    assert summary.resolution(diverged) == 0.0
+    assert summary.leveled(diverged) == diverged
+    assert summary.resolution(quiet[:60]) == 0.0  # one turn does not know
 
 
 def test_predictions_hold_for_new_windows():

@@ -99,7 +99,7 @@ def test_pictures_are_compared_with_the_best_one(base, soon, tmp_path):
     """The same vertices drawn in the best way are the reference's picture, others are not."""
     own = Reference(base, 1, tmp_path / 'windows', FINEST)
     trials, window = Trials(own, base), own.window(0)
-    best = settings.changed(on_grid(own.settings, *FINEST), {'samples': 16, 'interpolation': 'perspective'})
+    best = on_grid(own.settings, *FINEST, samples=16, interpolation='perspective')
     row = trials.still(best, window)
     assert row == {'drawing_psnr_db': 99.0, 'drawing_ssim': pytest.approx(1.0)}
     plain = trials.still(base, window)

@@ -21,7 +21,7 @@ from flag_sim.cloth.model import Model
 from flag_sim.declarations.catalogue import NODES
 from flag_sim.study import plots, runner
 from flag_sim.study.measures import settings, stability_trial as trial
-from flag_sim.study.sections import limits, stability_maps, stability_plots
+from flag_sim.study.sections import limits, stability_maps as maps, stability_plots
 from flag_sim.study.store import Store
 import numpy as np
 import pytest
@@ -110,18 +110,18 @@ def test_the_maps_go_to_the_ends_of_the_parameters():
     def span(name):
         return dials[name].low, dials[name].high
 
-    assert (0.0, stability_maps.STIFFNESS.high) == span('stiffness')
-    assert (0.0, stability_maps.SPEED.high) == span('speed')
-    assert (0.0, stability_maps.DAMPING.high) == span('damping')
-    assert (1.0 / stability_maps.FRAME_TIME.high, 1.0 / stability_maps.FRAME_TIME.low) == span('rate')
+    assert (0.0, maps.STIFFNESS.high) == span('stiffness')
+    assert (0.0, maps.SPEED.high) == span('speed')
+    assert (0.0, maps.DAMPING.high) == span('damping')
+    assert (1.0 / maps.FRAME_TIME.high, 1.0 / maps.FRAME_TIME.low) == span('rate')
     assert settings.MAX_GAP == dials['max_gap'].default
-    limpest, stiffest = (stability_maps.light_and_stiff(end) for end in (
-        stability_maps.RATIO.low, stability_maps.RATIO.high))
+    limpest, stiffest = (maps.light_and_stiff(end) for end in (
+        maps.RATIO.low, maps.RATIO.high))
     assert (stiffest.area_density, limpest.area_density) == pytest.approx(span('area_density'))
     assert stiffest.stiffness == pytest.approx(dials['stiffness'].high)
-    middle = stability_maps.light_and_stiff(5000.0)
+    middle = maps.light_and_stiff(5000.0)
     assert (middle.stiffness, middle.area_density) == pytest.approx((1000.0, 0.2))
-    for axis in (stability_maps.RATIO, stability_maps.STIFFNESS, stability_maps.DAMPING, stability_maps.SPEED):
+    for axis in (maps.RATIO, maps.STIFFNESS, maps.DAMPING, maps.SPEED):
         assert axis.values(0)[0] == 0.0 and axis.values(0)[-1] == pytest.approx(axis.high)
 
 
@@ -133,7 +133,7 @@ def test_a_cloth_by_default_hangs_as_the_parameters_hang_it():
         (trial.LENGTH, trial.WIDTH))
 
 
-@pytest.mark.parametrize('chart', [one for one in stability_maps.MAPS if one.is_alone],
+@pytest.mark.parametrize('chart', [one for one in maps.MAPS if one.is_alone],
                          ids=lambda chart: chart.name)
 def test_the_promise_holds_all_over_a_map(chart):
     """Every place of a coarse map where theory promises stability is stable."""
@@ -147,28 +147,28 @@ def test_the_promise_holds_all_over_a_map(chart):
 def test_an_interrupted_map_goes_on_where_it_was(tmp_path):
     """With the same rows as without interruption, and a map is drawn once it is whole."""
     whole, parts = Store(tmp_path / 'whole', {}), Store(tmp_path / 'parts', {})
-    runner.measure(stability_maps, whole, FewRows(7))
-    runner.measure(stability_maps, parts, FewRows(3))
-    assert stability_maps.finest(parts.rows(stability_maps.NAME)) == {}
+    runner.measure(maps, whole, FewRows(7))
+    runner.measure(maps, parts, FewRows(3))
+    assert maps.finest(parts.rows(maps.NAME)) == {}
     parts = Store(tmp_path / 'parts', {})
-    runner.measure(stability_maps, parts, FewRows(4))
-    rows = parts.rows(stability_maps.NAME)
-    assert rows == whole.rows(stability_maps.NAME)
-    assert [*stability_maps.finest(rows)] == ['steps']
-    assert [*stability_maps.finest(rows)['steps']] == ['symplectic']
-    assert '0 of' in stability_maps.text(rows).splitlines()[-1]
+    runner.measure(maps, parts, FewRows(4))
+    rows = parts.rows(maps.NAME)
+    assert rows == whole.rows(maps.NAME)
+    assert [*maps.finest(rows)] == ['steps']
+    assert [*maps.finest(rows)['steps']] == ['symplectic']
+    assert '0 of' in maps.text(rows).splitlines()[-1]
     if plots.can_draw():
         assert [(tmp_path / name).read_bytes()[:4] for name, _ in
-                stability_maps.plots(rows, tmp_path)] == [b'\x89PNG']
+                maps.plots(rows, tmp_path)] == [b'\x89PNG']
 
 
 def test_the_finest_whole_level_is_shown():
     """A level that is not finished is not mixed with the one before it."""
-    axis = stability_maps.BY_NAME['steps'].y
+    axis = maps.BY_NAME['steps'].y
     rows = [{'chart': 'steps', 'solver': 'rk4', 'level': level, 'y': y, 'cells': 's'}
             for level in (0, 1) for y in axis.values(level)]
-    assert {row['level'] for row in stability_maps.finest(rows)['steps']['rk4']} == {1}
-    assert {row['level'] for row in stability_maps.finest(rows[:-1])['steps']['rk4']} == {0}
+    assert {row['level'] for row in maps.finest(rows)['steps']['rk4']} == {1}
+    assert {row['level'] for row in maps.finest(rows[:-1])['steps']['rk4']} == {0}
 
 
 def test_limits_have_a_table(tmp_path):

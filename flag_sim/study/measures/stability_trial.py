@@ -34,7 +34,7 @@ from flag_sim.study.measures.settings import defaults, WIND_DEFAULTS
 import numpy as np
 
 ROWS, COLUMNS = 9, 13
-"""Of the flag: what breaks is the finest wave of a grid, which every grid has."""
+"""Of the flag: what becomes unstable is the finest wave of a grid, which every grid has."""
 HOIST_TOP, LENGTH, WIDTH = hang_of(defaults())
 MESH = Mesh(ROWS, COLUMNS, LENGTH, WIDTH)
 NOISE = 1e-3

@@ -20,6 +20,7 @@ import numpy as np
 Rows = list[dict]
 """Rows of measurements {column: value}, None where a run diverged."""
 
+COST = ('physics_ms', 'drawing_ms')  # columns whose sum is what a frame costs
 MIN_GAIN = 0.1  # part of an error that makes a difference
 SIGNIFICANT = 2.0
 """Standard deviations by which two costs must differ to count as two: 1 of 20 pairs errs."""
@@ -77,32 +78,32 @@ def complete(rows: Rows, *columns: str) -> Rows:
     return [row for row in rows if row['turn'] in full] if full else rows
 
 
-def leveled(rows: Rows, *columns: str) -> Rows:
+def leveled(rows: Rows) -> Rows:
     """
-    Return rows whose times are cleared of what is common to all settings in a turn.
+    Return the rows of complete turns, their times cleared of what is common to a turn.
 
-    rows: of turns that all settings took; columns: of times. A turn in which the machine was slow
-    for all says nothing on their order.
+    A turn in which the machine was slow for all settings says nothing on their order.
     """
-    logs = _logs(rows, *columns)
+    rows = complete(rows, 'setting')
+    logs = _log_costs(rows)
     if not len(logs):
         return rows
     common = np.exp(np.median(logs - np.median(logs, axis=1, keepdims=True), axis=0))
     factors = dict(zip(grouped(rows, 'turn'), common))
     return [{**row, **{column: row[column] and float(row[column] / factors[row['turn']])
-                       for column in columns}} for row in rows]
+                       for column in COST}} for row in rows]
 
 
-def resolution(rows: Rows, *columns: str) -> float:
+def resolution(rows: Rows) -> float:
     """
     Return the part of a cost by which the medians of two settings must differ to be told apart.
 
-    rows: leveled; the cost is the sum of the columns. The logarithm of a time scatters by s from
-    turn to turn. So two turns of one setting differ by sqrt(2) s, in the median by QUARTILE times
-    that, which a few disturbed frames do not move. A median of n turns has the standard error
+    The logarithm of a time scatters by s from turn to turn, once the turns are leveled. So two
+    turns of one setting differ by sqrt(2) s, in the median by QUARTILE times that, which a few
+    disturbed frames do not move. A median of n turns has the standard error
     sqrt(pi / 2) s / sqrt(n), the difference of two medians sqrt(2) times that.
     """
-    logs = _logs(rows, *columns)
+    logs = _log_costs(leveled(rows))
     count = logs.shape[1]
     one, other = np.triu_indices(count, 1)
     if not len(one) * len(logs):
@@ -111,11 +112,11 @@ def resolution(rows: Rows, *columns: str) -> float:
     return math.expm1(SIGNIFICANT * math.sqrt(math.pi / count) * scatter)
 
 
-def _logs(rows, *columns):
-    """Return logarithms of the sum of columns, (settings, turns), of which none diverged."""
-    found = [[sum(row[column] for column in columns) for row in some]
+def _log_costs(rows):
+    """Return logarithms of costs, (settings, turns), of the settings that never diverged."""
+    found = [[sum(row[column] for column in COST) for row in some]
              for some in grouped(rows, 'setting').values()
-             if not any(row[column] is None for row in some for column in columns)]
+             if not any(row[column] is None for row in some for column in COST)]
     return np.log(np.array(found).reshape(len(found), -1 if found else 0))
 
 

@@ -98,7 +98,7 @@ def best(rows, column='rms_px'):
     else:
         at = {name: point for name, point in at.items() if ',' not in name}
     return [list(at)[index] for index in summary.frontier(
-        list(at.values()), sweep.resolution(rows))]
+        list(at.values()), summary.resolution(rows))]
 
 
 def text(rows: Rows) -> str:
@@ -119,7 +119,7 @@ def text(rows: Rows) -> str:
 {len(found)} combinations of grid (its columns), method and picture; the cost is that of
 physics and drawing of one frame, one after the other, without messages. On the frontier are those
 that no other beats in both cost and error after {1e3 * WINDOW:.0f} ms, and that lower the error
-by a tenth or more. Costs less than {100 * sweep.resolution(rows):.1f} % apart count as one: so
+by a tenth or more. Costs less than {100 * summary.resolution(rows):.1f} % apart count as one: so
 much do the medians of two equal settings differ in 1 of 20 pairs, by the scatter of this run's
 own times. {sweep.noise(rows)}
 

@@ -104,11 +104,11 @@ over the bound that the planner uses: never below 1 where the bound is a promise
 a noise of {trial.NOISE:g} cells grows {GROWN:g} times. "None": no step diverges; "always":
 every one does.
 
-Undamped springs alone show what the bound gives away to the mesh: it counts the waves of an
-endless grid, and the pins and hems of this small one shut the stiffest out. On top of that come
-rk4's half disc (2.6 of the 2.83 along the imaginary axis) and its saturation (a wave that grows
-crumples the cloth, which makes it less stiff, and grows no more); then the reserve for drag
-(symplectic 1.15 to 1.33, verlet 1.22 to 1.48, rk4 1.19), which a light wind leaves unused; and
-with dashpots that springs and dashpots are each taken at their worst. Below 1 are euler without
-damping, which no step makes stable, only slow to diverge, and seed in a storm, whose drag is
-explicit and not in its bound. Far above are seed's dashpots, weaker by the factor of the step."""
+Undamped springs alone show by how much the bound is too low for this mesh: it covers the waves of
+an infinite grid, of which the stiffest cannot exist between the pins and edges of this small one.
+For rk4 the bound also takes half a disc (2.6 of the 2.83 along the imaginary axis), and a growing
+wave crumples the cloth, which makes it less stiff, until it grows no more. The reserve for drag
+(symplectic 1.15 to 1.33, verlet 1.22 to 1.48, rk4 1.19) is not used in a light wind; and with
+dashpots, springs and dashpots are each taken at their worst. Below 1 are euler without damping,
+which no step makes stable, only slow to diverge, and seed in a storm, whose drag is explicit and
+not in its bound. Far above are seed's dashpots, weaker by the factor of the step."""

@@ -90,7 +90,7 @@ def text(rows: Rows) -> str:
     """Return the statistics."""
     lines = [[row['run'], *(row[name] for name in COLUMNS)] for row in rows]
     missing = ', '.join(name for name in runs() if name not in [row['run'] for row in rows])
-    missing = missing and f' For lack of time not run: {missing}.'
+    missing = missing and f' Not run for lack of time: {missing}.'
     return f"""## Statistics of long runs
 
 {LENGTH:.0f} s of the gusty shot, after {SETTLE:.0f} s that are left out. The standard error says

@@ -127,8 +127,8 @@ dashpots and without the drag of the cloth's own speed. RMS mm after
 
 {table(['steps a frame', 'seed', 'symplectic', 'symplectic without dashpots'], seed)}
 
-The last column has the relative wind, but no dashpots: what it lacks to `seed` is the relative
-wind's part."""
+The last column has the relative wind, but no dashpots: its difference from `seed` is due to
+the relative wind."""
 
 
 def plots(rows: Rows, folder: Path) -> Iterator[tuple[str, str]]:

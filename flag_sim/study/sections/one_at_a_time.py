@@ -101,10 +101,10 @@ the reference. {sweep.noise(rows)}
        of_motion)}
 
 PSNR and SSIM here are of the picture of the moved cloth. 'below rank': less than ten times
-the reference's own error of {sweep.own_error(rows):.2g} px. A softer or limper cloth
-(`substeps_limit`, `xpbd`) may come out **nearer** to the reference than a more exact one of the
-same grid: the fine sheet gives way in folds that the coarse grid has no room for, and what yields
-more is then more alike.
+the reference's own error of {sweep.own_error(rows):.2g} px. A softer cloth
+(`substeps_limit`, `xpbd`) may be **nearer** to the reference than a more exact one of the same
+grid: the fine sheet yields in folds that are too small for the coarse grid, and a cloth that
+yields more is then more like it.
 
 What the drawing alone does, of the reference's own vertices, against the reference's picture
 ({', '.join(f'{name} {BEST[name]}' for name in ('samples', 'interpolation', 'hidden_surface'))});

@@ -14,7 +14,8 @@
 
 """A sweep: many settings run through window after window, and the rows that come of it."""
 from flag_sim.study.measures import summary, trials
-from flag_sim.study.measures.errors import COST, MEASURES
+from flag_sim.study.measures.errors import MEASURES
+from flag_sim.study.measures.summary import COST
 from flag_sim.study.runner import Batch
 from flag_sim.study.sections import convergence
 
@@ -54,16 +55,7 @@ def summarised(rows, turns=None):
                    **{column: summary.quartiles(some, column) for column in COST},
                    **{column: one.over_windows(some[:turns], column)
                       for column, one in MEASURES.items() if column in some[0]}}
-            for name, some in summary.grouped(_leveled(rows), 'setting').items()}
-
-
-def resolution(rows):
-    """Return the part by which costs of a frame must differ to be told apart in these rows."""
-    return summary.resolution(_leveled(rows), *COST)
-
-
-def _leveled(rows):
-    return summary.leveled(summary.complete(rows, 'setting'), *COST)
+            for name, some in summary.grouped(summary.leveled(rows), 'setting').items()}
 
 
 def own_error(rows):
