@@ -33,15 +33,15 @@ import numpy as np
 TURN = 2.0 * np.pi
 
 
-def _quantiles_along(share):
-    """Return L W below which the given share of the variance of S_u lies."""
-    return np.tan(0.5 * np.pi * share)
+def _quantiles_along(fraction):
+    """Return L W below which the given fraction of the variance of S_u lies."""
+    return np.tan(0.5 * np.pi * fraction)
 
 
-def _quantiles_across(share):
-    """Return L W below which the given share of the variance of S_v lies: by table."""
+def _quantiles_across(fraction):
+    """Return L W below which the given fraction of the variance of S_v lies: by table."""
     x = np.concatenate([[0.0], np.geomspace(1e-6, 1e9, 20001)])
-    return np.interp(share, (2.0 * np.arctan(x) - x / (1.0 + x * x)) / np.pi, x)
+    return np.interp(fraction, (2.0 * np.arctan(x) - x / (1.0 + x * x)) / np.pi, x)
 
 
 @constant
@@ -49,26 +49,26 @@ class Gusts:
     """
     Turbulence of unit intensity: u along the mean wind, v across it, w upwards.
 
-    length: the eddies' scale L [m]; seed: another seed, another series with the same statistics.
-    Raises ValueError for a length that is not above 0 and a seed that is no whole number from 0.
+    length: the eddies' scale L [m]; seed: of the random phases, which leave the statistics alike.
+    Raises ValueError unless length is above 0 and seed a whole number from 0.
     """
 
     COMPONENTS = 256
 
-    def __init__(self, length, seed):
+    def __init__(self, length: float, seed: int):
         length = checks.finite('length', length, above=0.0)
         source = np.random.default_rng(checks.whole('seed', seed, 0, 2**63 - 1))
         steps = np.arange(self.COMPONENTS)
         waves = []
         for quantiles in (_quantiles_along, _quantiles_across, _quantiles_across):
             # Somewhere in each step, so that the sum does not repeat itself.
-            share = (steps + source.random(self.COMPONENTS)) / self.COMPONENTS
-            waves.append(quantiles(share) / length)
+            fractions = (steps + source.random(self.COMPONENTS)) / self.COMPONENTS
+            waves.append(quantiles(fractions) / length)
         self._waves = np.array(waves)
         self._phases = source.uniform(0.0, TURN, self._waves.shape)
 
-    def at(self, distance):
-        """Return (u, v, w), each of variance 1, after the wind has gone `distance` [m]."""
+    def at(self, distance: float) -> np.ndarray:
+        """Return (u, v, w), (3,), each of variance 1, after the wind has gone `distance` [m]."""
         distance = checks.finite('distance', distance)
         amplitude = np.sqrt(2.0 / self.COMPONENTS)
         return amplitude * np.cos(self._waves * distance + self._phases).sum(axis=1)

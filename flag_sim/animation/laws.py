@@ -27,21 +27,26 @@ of the values `before` = y0 and `after` = y1.
 
 glTF and Blender store a cubic's slopes with the keys; here they follow from the keys.
 """
+from collections.abc import Sequence
+from typing import TypeVar
+
 import numpy as np
 
+Value = TypeVar('Value')
 
-def step(fraction, before, after):
-    """Return the earlier key's value: it holds until the later key."""
+
+def step(fraction: float, before: Value, after: Value) -> Value:
+    """Return the earlier key's value, which is kept until the later key."""
     del fraction, after
     return before
 
 
-def linear(fraction, before, after):
+def linear(fraction: float, before: float, after: float) -> float:
     """Return the value on the straight line: it changes at constant speed."""
     return before + (after - before) * fraction
 
 
-def ease(fraction, before, after):
+def ease(fraction: float, before: float, after: float) -> float:
     """
     Return the value on the smoothstep: it starts and arrives at rest.
 
@@ -50,7 +55,8 @@ def ease(fraction, before, after):
     return linear(fraction * fraction * (3.0 - 2.0 * fraction), before, after)
 
 
-def cubic(fraction, before, after, slope_before, slope_after):
+def cubic(fraction: float, before: float, after: float, slope_before: float,
+          slope_after: float) -> float:
     """
     Return the value on the cubic Hermite curve with slopes m0 and m1, in values per segment.
 
@@ -65,11 +71,11 @@ def cubic(fraction, before, after, slope_before, slope_after):
 LAWS = {'step': step, 'linear': linear, 'ease': ease, 'cubic': cubic}
 """Law by name."""
 
-HOLDS = (bool, np.bool_, str)
+STEPPED = (bool, np.bool_, str)
 """Types that have no states in between: only `step` can lead from one value to the next."""
 
 
-def monotone_slopes(times, values):
+def monotone_slopes(times: Sequence[float], values: Sequence) -> np.ndarray:
     """
     Return slopes (n, ...) at n >= 2 keys for which Hermite cubics are monotone where the keys are.
 

@@ -14,6 +14,7 @@
 
 """A timeline: many tracks and named events under one clock, once or again and again."""
 import bisect
+from collections.abc import Iterable, Mapping
 import math
 
 from flag_sim.animation.tracks import SAME, Track
@@ -23,7 +24,7 @@ from flag_sim.parameters.closed import constant
 SHORTEST_ROUND = 1e-3  # of a loop [s]: a frame goes through all of its rounds
 
 
-def nearest_frame(time, rate):
+def nearest_frame(time: float, rate: float) -> float:
     """Return the time [s] of the frame at n / rate [Hz] that is nearest; in between, the later."""
     return math.floor(time * rate + 0.5) / rate
 
@@ -36,12 +37,14 @@ class Timeline:
     tracks: {name: Track}; events: [(time [s], name)], in any order (Blender: markers).
     loop: everything plays again and again (cyclic extrapolation) while time goes on. A round is
     from 0, or the first key if it is before 0, to the last key or event of all; a track whose
-    keys end earlier holds until then. The end of a round and the begin of the next are one
-    moment, which shows the end, so that the last key is seen (as in Blender's cycles).
-    Raises ValueError for a loop that is too short, and for what is no track, event or boolean.
+    keys end earlier keeps its last value until then. The end of a round and the beginning of the
+    next are one moment, which shows the end, so that the last key is seen (as in Blender's
+    cycles).
+    Raises ValueError for a loop that is too short and for anything of the wrong type.
     """
 
-    def __init__(self, tracks, events=(), loop=False):
+    def __init__(self, tracks: Mapping[str, Track], events: Iterable[tuple[float, str]] = (),
+                 loop: bool = False):
         loop = checks.boolean('loop', loop)
         for name, track in dict(tracks).items():
             checks.instance(f'track {name!r}', track, Track)
@@ -60,19 +63,19 @@ class Timeline:
         if self.loop:
             self.tracks = {name: track.repeated(self.begin, self.end)
                            for name, track in self.tracks.items()}
-        # What stands at the end of a round and at its begin is one crossing.
+        # A mark at the end of a round and at its beginning is crossed once.
         self._at_end = {name for time, name in self._marks if time == self.end}
 
-    def at(self, time):
+    def at(self, time: float) -> dict:
         """Return {track name: value at `time` [s]}."""
         local = self.local(time)
         return {name: track.at(local) for name, track in self.tracks.items()}
 
-    def value(self, name, time):
+    def value(self, name: str, time: float):
         """Return one track's value at `time` [s]."""
         return self.tracks[name].at(self.local(time))
 
-    def local(self, time):
+    def local(self, time: float) -> float:
         """
         Return the time within a round [s]: time itself where nothing loops.
 
@@ -83,12 +86,12 @@ class Timeline:
         lap = max(math.ceil((time - SAME - self.end) / self.length), 0)
         return time - lap * self.length
 
-    def crossed(self, after, until):
+    def crossed(self, after: float, until: float) -> list[tuple[float, str]]:
         """
         Return [(time [s], name)] of the keys and events in (after, until] [s], in their order.
 
-        In a loop the end of one round is the begin of the next: what lies on both counts once.
-        What is within SAME of an edge is at it.
+        In a loop the end of one round is the beginning of the next: a mark on both counts once.
+        A mark within SAME of an edge is at it.
         """
         found = []
         for lap in self._laps(after, until):
@@ -111,6 +114,6 @@ class Timeline:
 
 
 def _event(time, name):
-    """Return an event as it is; raise ValueError if it is none."""
+    """Return an event; raise ValueError unless it is a time and a text."""
     checks.require(isinstance(name, str), 'name of an event', 'a text', name)
     return checks.finite(f"time of the event '{name}'", time), name

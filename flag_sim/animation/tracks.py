@@ -19,11 +19,12 @@ What Blender calls an F-curve and glTF an animation sampler: keys, a law of inte
 segment between two of them, and constant extrapolation outside.
 """
 import bisect
+from collections.abc import Iterable, Sequence
 import copy
 import itertools
 import math
 
-from flag_sim.animation.laws import HOLDS, LAWS, monotone_slopes
+from flag_sim.animation.laws import STEPPED, LAWS, monotone_slopes
 from flag_sim.parameters import checks
 from flag_sim.parameters.closed import constant
 import numpy as np
@@ -59,24 +60,26 @@ class Track:
     Raises ValueError that names the rule and the offending value.
     """
 
-    def __init__(self, times, values, laws=None, is_angle=False, turns=False):
+    def __init__(self, times: Iterable[float], values: Iterable,
+                 laws: Iterable[str] | None = None, is_angle: bool = False,
+                 turns: bool = False):
         self.times = [_time(time) for time in _listed('times', times)]
         self.values = _listed('values', values)
         self.is_angle = checks.boolean('is_angle', is_angle)
         self.turns = checks.boolean('turns', turns)
-        holds = any(isinstance(value, HOLDS) for value in self.values)
+        is_stepped = any(isinstance(value, STEPPED) for value in self.values)
         laws = [] if laws is None else _listed('laws', laws)
-        self.laws = laws or ['step' if holds else 'linear'] * len(self.times)
-        self._check(holds)
+        self.laws = laws or ['step' if is_stepped else 'linear'] * len(self.times)
+        self._check(is_stepped)
         self._path = self.values
-        if not holds:
+        if not is_stepped:
             self._path = _numbers(self.values)
             if is_angle and not turns:
                 self._path = short_way(self._path)
             self._path = self._path.tolist()  # plain numbers are faster one by one
-        self._slopes = {} if holds else self._cubic_slopes()
+        self._slopes = {} if is_stepped else self._cubic_slopes()
 
-    def _check(self, holds):
+    def _check(self, is_stepped):
         if not self.times:
             raise ValueError('a track needs at least one key; times is empty')
         lengths = {'times': len(self.times), 'values': len(self.values), 'laws': len(self.laws)}
@@ -92,9 +95,9 @@ class Track:
         for law in self.laws:
             if law not in LAWS:
                 raise ValueError(f"law '{law}' is not one of {', '.join(LAWS)}")
-            if holds and law != 'step':
+            if is_stepped and law != 'step':
                 raise ValueError(f"law '{law}' cannot lead between texts or booleans; use step")
-        if len({isinstance(value, HOLDS) and type(value) for value in self.values}) > 1:
+        if len({isinstance(value, STEPPED) and type(value) for value in self.values}) > 1:
             raise ValueError(f'values must be of one type: {self.values}')
 
     def _cubic_slopes(self):
@@ -117,9 +120,9 @@ class Track:
             begin = max(end, begin + 1)
         return slopes
 
-    def repeated(self, begin, end):
+    def repeated(self, begin: float, end: float) -> 'Track':
         """
-        Return the track as it plays in a loop from `begin` to `end` [s], each of them the other.
+        Return the track as it plays in a loop from `begin` to `end` [s], which are one moment.
 
         Where the value at the end is that at the begin, cubic segments are smooth over the seam.
         """
@@ -128,7 +131,7 @@ class Track:
         is_seam = (at_begin or at_end) and (out or not at_begin) and (into or not at_end)
         if not (is_seam and self._slopes and self._ends_meet()):
             return self
-        slope = np.zeros_like(self._path[0])  # beside a value that holds
+        slope = np.zeros_like(self._path[0])  # as beside a value that does not change
         if at_begin and at_end:
             jump = np.subtract(self._path[-1], self._path[0])  # whole turns of an angle, or 0
             slope = monotone_slopes(
@@ -154,22 +157,22 @@ class Track:
         pairs[..., end] = (self.times[k + 1] - self.times[k]) * slope
         self._slopes[k] = pairs.tolist()
 
-    def long_ways(self):
+    def long_ways(self) -> list[int]:
         """
         Return the keys k from which an angle goes half a turn or more to the next, as it is typed.
 
-        The short way is then the other one, or as long.
+        The short way round is then the other one, or as long.
         """
         if not self.is_angle or self.turns:
             return []
         far = np.abs(np.diff(self.values)) >= HALF_TURN - 2.0 * AS_TYPED
         return [int(k) for k in np.flatnonzero(far) if self.laws[k] != 'step']
 
-    def step_from(self, k):
+    def step_from(self, k: int) -> float:
         """Return by how much a number changes from key k to the next, along the way it takes."""
         return self._path[k + 1] - self._path[k]
 
-    def at(self, time):
+    def at(self, time: float):
         """
         Return the value at `time` [s]; before the first and after the last key theirs.
 
@@ -191,7 +194,7 @@ class Track:
         return [_between(law, fraction, *ends) for ends in zip(before, after, slopes)]
 
 
-def short_way(angles):
+def short_way(angles: Sequence[float]) -> np.ndarray:
     """
     Return angles (n,) [rad] with whole turns added, so that each is the nearest to the one before.
 
@@ -203,7 +206,7 @@ def short_way(angles):
 
 
 def _listed(name, values):
-    """Return values as a list; raise ValueError for what is none, a text among it."""
+    """Return values as a list; raise ValueError for what is not one, such as a text."""
     if isinstance(values, (str, bytes, dict)) or not hasattr(values, '__iter__'):
         raise ValueError(f'{name} must be a list, not {values!r}')
     return list(values)

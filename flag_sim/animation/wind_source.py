@@ -12,27 +12,31 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The weather: the wind at any time, from the wind node's dials and what is keyed of them."""
+"""The wind source: the wind at any time, from the wind node's parameters and their tracks."""
+from collections.abc import Mapping
+
 from flag_sim.animation.gusts import Gusts
+from flag_sim.animation.timeline import Timeline
 from flag_sim.animation.wind_vector import Passage, wind_vector
 import numpy as np
 
 WIND_KEYED = ('speed', 'azimuth', 'elevation', 'gust.intensity')
 """What may be keyed of the wind."""
-DIALS = (*WIND_KEYED, 'gust.length', 'gust.seed')
-"""The wind node's dials that the weather is made of."""
+PARAMETERS = (*WIND_KEYED, 'gust.length', 'gust.seed')
+"""The wind node's parameters that the wind depends on."""
 
 
-class Weather:
+class WindSource:
     """
-    The wind of the dials `values` {name: value} and a Timeline, from a moment on.
+    The wind of the parameters `values` {name: value} and a Timeline, from a moment on.
 
     start: that moment [s]; passed: how far the wind had carried its gusts by then [m]. Where gusts
     are off from end to end nothing is carried, and the distance stays what it was.
     """
 
-    def __init__(self, values, timeline, start=0.0, passed=0.0):
-        self._values = {name: values[name] for name in DIALS}
+    def __init__(self, values: Mapping, timeline: Timeline, start: float = 0.0,
+                 passed: float = 0.0):
+        self._values = {name: values[name] for name in PARAMETERS}
         self._timeline = timeline
         self._gusts = Gusts(values['gust.length'], values['gust.seed'])
         self._start_passed = passed
@@ -41,21 +45,21 @@ class Weather:
         # No law leads beyond its keys.
         self._has_gusts = any(track.values) if track else values['gust.intensity'] > 0.0
 
-    def turned(self, values, timeline, now):
+    def continued(self, values: Mapping, timeline: Timeline, now: float) -> 'WindSource':
         """
-        Return the weather from `now` [s] on, by other dials and keys; this one if it has the same.
+        Return the wind source of other values and keys from `now` [s] on; self if they are equal.
 
         The gusts that are in the air stay where they are.
         """
-        if timeline is self._timeline and all(values[n] == self._values[n] for n in DIALS):
+        if timeline is self._timeline and all(values[n] == self._values[n] for n in PARAMETERS):
             return self
-        return Weather(values, timeline, now, self._passed(now))
+        return WindSource(values, timeline, now, self._passed(now))
 
     def _passed(self, time):
         """Return how far the wind has carried its gusts at `time` [s]: [m]."""
         return self._passage.at(time) if self._has_gusts else self._start_passed
 
-    def at(self, time):
+    def at(self, time: float) -> np.ndarray:
         """Return the wind's velocity (3,) [m/s] at `time` [s]."""
         speed, azimuth, elevation, intensity = (self._value(name, time) for name in WIND_KEYED)
         # Also while a keyed intensity is 0, lest the first gust has a long way to catch up.

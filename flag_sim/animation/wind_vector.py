@@ -13,18 +13,21 @@
 # limitations under the License.
 
 """The wind as a vector, from its speed, its direction and its gusts."""
+from collections.abc import Callable, Sequence
+
 from flag_sim.parameters import checks
 from flag_sim.parameters.closed import constant
 import numpy as np
 
 
-def wind_vector(speed, azimuth, elevation, gust=(0.0, 0.0, 0.0)):
+def wind_vector(speed: float, azimuth: float, elevation: float,
+                gust: Sequence[float] = (0.0, 0.0, 0.0)) -> np.ndarray:
     """
     Return the wind's velocity (3,) [m/s]: where it blows to.
 
     speed [m/s]; azimuth [rad] from +x towards +y; elevation [rad] above the ground.
-    gust: turbulence in parts of the speed along the wind, across it to the left, and upwards.
-    Raises ValueError for what is no finite number, or not three for gust.
+    gust: turbulence as fractions of the speed: along the wind, across it to the left, upwards.
+    Raises ValueError unless all are finite numbers, three of them in gust.
     """
     speed, azimuth, elevation = (checks.finite(name, value) for name, value in (
         ('speed', speed), ('azimuth', azimuth), ('elevation', elevation)))
@@ -52,7 +55,8 @@ class Passage:
 
     STEP = 1.0 / 64.0  # of the lattice [s]: gusts shorter than a frame of 60 Hz are not seen
 
-    def __init__(self, speed_at, start=0.0, distance=0.0):
+    def __init__(self, speed_at: Callable[[float], float], start: float = 0.0,
+                 distance: float = 0.0):
         self._speed_at = speed_at
         self._start = checks.finite('start', start)
         self._distance = checks.finite('distance', distance)
@@ -64,7 +68,7 @@ class Passage:
         self._passed = self._distance  # there [m]
         self._speed = self._speed_at(self._start)  # there [m/s]
 
-    def at(self, time):
+    def at(self, time: float) -> float:
         """Return the distance [m] at `time` [s], not before `start`."""
         time = checks.finite('time', time, low=self._start)
         point = int((time - self._start) / self.STEP)

@@ -24,42 +24,58 @@ face's velocity v is the mean of the nodes' with the same shares. So the power o
 F . v, and a flat sheet square to the wind is accelerated alike in all its nodes, corners
 included, because the shares are those of the face's mass.
 """
-from flag_sim.cloth.mesh import LEAST_AREA2, ONE
+from typing import NamedTuple
+
+from flag_sim.cloth.mesh import LEAST_AREA2
 from flag_sim.cloth.pressure import divisor, pressure, SEED
+from flag_sim.cloth.records import Band, Field, NEXT, Nodes, Vector, Weights
 from flag_sim.jit.kernels import inner_kernel, kernel, wide_kernel
+import numpy as np
+
+
+class Wind(NamedTuple):
+    """The wind and the numbers that its force on a face follows from."""
+
+    velocity: Vector  # [m/s]
+    drag: float       # of Air [kg/m3]; zero: no wind
+    drag_rate: float  # the same over a face's mass [1/m3]
+    law: int          # pressure.QUADRATIC, LINEAR or SEED
+    order: int        # of the method, to which the drag is kept from overshooting
 
 
 @inner_kernel
-def _push(flux, ax, ay, az, drag, hold, law, order):
+def _force_per_area(flux, area, wind, dt):
     """
-    Return the factor of the area vector a in the force on a face, given the flux u . a [m3/s].
+    Return what times the area vector [m2] is the force on a face [Pa], given the flux [m3/s].
 
-    drag: of Air [kg/m3]. hold: the step times drag, over the face's mass [s/m3]. See pressure.
+    dt: the step [s] in which the force may not overshoot; see pressure.
     """
+    ax, ay, az = area
     area2 = max(ax * ax + ay * ay + az * az, type(flux)(LEAST_AREA2))
-    s, rate = pressure(flux, area2, law)
-    return drag * s * flux / (area2 * divisor(hold * rate, order))
+    s, rate = pressure(flux, area2, wind.law)
+    return wind.drag * s * flux / (area2 * divisor(dt * wind.drag_rate * rate, wind.order))
 
 
 @wide_kernel
-def wind_on_faces(position, velocity, wind, drag, hold, law, order, weights, faces, span):
+def set_face_forces(nodes: Nodes, wind: Wind, dt: float, weights: Weights, faces: tuple,
+                    band: Band) -> None:
     """
     Fill half the wind's force [N] on the upper and the lower face of each cell (1.3).
 
-    wind: (wx, wy, wz) [m/s]. drag, hold, law, order: see _push. faces: six flat arrays, x y z
-    of the upper and of the lower faces.
+    dt: the step that the drag is taken implicitly over [s], zero for the momentary force. faces:
+    six flat arrays, x y z of the upper and of the lower faces.
     """
-    x, y, z = position
-    vx, vy, vz = velocity
-    wx, wy, wz = wind
+    x, y, z = nodes.position
+    vx, vy, vz = nodes.velocity
+    wx, wy, wz = wind.velocity
     # The letter of 1.3 knows the wind alone, not the cloth's own velocity.
-    number = type(drag)
-    half, quarter = number(0.5), number(0.0 if law == SEED else 0.25)
+    number = type(dt)
+    half, quarter = number(0.5), number(0.0 if wind.law == SEED else 0.25)
     own = quarter + quarter
     upper_x, upper_y, upper_z, lower_x, lower_y, lower_z = faces
-    first, last, stride = span
+    first, last, stride = band
     for i in range(first, last):
-        e, s, d = i + ONE, i + stride, i + stride + ONE
+        e, s, d = i + NEXT, i + stride, i + stride + NEXT
         share = half * weights.cell[i]
         # Velocity of the side that both faces share: a quarter of each of its ends.
         sx = quarter * (vx[e] + vx[s])
@@ -72,7 +88,7 @@ def wind_on_faces(position, velocity, wind, drag, hold, law, order, weights, fac
                       half * (px * qy - py * qx))
         flux = ((wx - sx - own * vx[i]) * ax + (wy - sy - own * vy[i]) * ay
                 + (wz - sz - own * vz[i]) * az)
-        f = share * _push(flux, ax, ay, az, drag, hold, law, order)
+        f = share * _force_per_area(flux, (ax, ay, az), wind, dt)
         upper_x[i], upper_y[i], upper_z[i] = f * ax, f * ay, f * az
 
         px, py, pz = x[s] - x[d], y[s] - y[d], z[s] - z[d]
@@ -81,27 +97,31 @@ def wind_on_faces(position, velocity, wind, drag, hold, law, order, weights, fac
                       half * (px * qy - py * qx))
         flux = ((wx - sx - own * vx[d]) * ax + (wy - sy - own * vy[d]) * ay
                 + (wz - sz - own * vz[d]) * az)
-        f = share * _push(flux, ax, ay, az, drag, hold, law, order)
+        f = share * _force_per_area(flux, (ax, ay, az), wind, dt)
         lower_x[i], lower_y[i], lower_z[i] = f * ax, f * ay, f * az
 
 
 @inner_kernel
-def share(upper, upper_w, upper_n, lower_w, lower_n, lower_nw):
-    """Return a node's share [N] of the six faces that meet in it, along one axis (1.4)."""
-    half = type(upper)(0.5)
-    return upper + lower_nw + half * (upper_w + lower_w + upper_n + lower_n)
+def pressure_force(upper: np.ndarray, lower: np.ndarray, i: np.uint64, stride: np.uint64) -> float:
+    """
+    Return the force [N] of the six faces that meet in node i along one axis (1.4).
+
+    upper, lower: half the force on the faces of each cell along that axis.
+    """
+    half = upper.dtype.type(0.5)
+    w, n = i - NEXT, i - stride
+    return upper[i] + lower[n - NEXT] + half * (upper[w] + lower[w] + upper[n] + lower[n])
 
 
 @kernel
-def add_faces(faces, force, span):
-    """Add to each node's force [N] its share of the six faces that meet in it (1.4)."""
+def add_pressure_forces(faces: tuple, force: Field, band: Band) -> None:
+    """Add to each node's force [N] that of the six faces that meet in it (1.4)."""
     for axis in range(3):
-        _add_along(faces[axis], faces[axis + 3], force[axis], span)
+        _add_along(faces[axis], faces[axis + 3], force[axis], band)
 
 
 @wide_kernel
-def _add_along(upper, lower, f, span):
-    first, last, stride = span
+def _add_along(upper, lower, f, band):
+    first, last, stride = band
     for i in range(first, last):
-        w, n = i - ONE, i - stride
-        f[i] += share(upper[i], upper[w], upper[n], lower[w], lower[n], lower[n - ONE])
+        f[i] += pressure_force(upper, lower, i, stride)

@@ -21,12 +21,15 @@ loses the velocity that took it there.
 """
 import math
 
+from flag_sim.cloth.contact import Limits
+from flag_sim.cloth.records import Band, Nodes, Vector
 from flag_sim.jit.kernels import lean_inner_kernel, lean_kernel
 import numpy as np
 
 
 @lean_inner_kernel
-def bring_back(place, velocity, start, longest):
+def bring_back(place: Vector, velocity: Vector, start: Vector,
+               longest: float) -> tuple[Vector, Vector, float]:
     """
     Return (place, velocity, excess): within longest [m] of start, without what led out of that.
 
@@ -45,16 +48,16 @@ def bring_back(place, velocity, start, longest):
 
 
 @lean_kernel
-def attach(position, velocity, limits, held, span):
+def attach(nodes: Nodes, limits: Limits, brought_back: np.ndarray, band: Band) -> None:
     """
     Bring back every node that is farther from its row's beginning than the cloth reaches.
 
-    Sets held, a flat field, to 1 where that was by more than rounding.
+    brought_back: a flat field, set to 1 where that was by more than rounding.
     """
-    x, y, z = position
-    vx, vy, vz = velocity
+    x, y, z = nodes.position
+    vx, vy, vz = nodes.velocity
     number = type(limits.reach)
-    first, last, stride = span
+    first, last, stride = band
     for hoist in range(first, last, stride):
         start = x[hoist], y[hoist], z[hoist]
         for i in range(hoist, min(hoist + limits.columns, last)):
@@ -66,4 +69,4 @@ def attach(position, velocity, limits, held, span):
                     x[i], y[i], z[i] = place
                     vx[i], vy[i], vz[i] = v
                     if excess > limits.rounding:
-                        held[i] = number(1.0)
+                        brought_back[i] = number(1.0)

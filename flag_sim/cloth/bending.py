@@ -32,11 +32,12 @@ Quadratic Bending Model for Inextensible Surfaces, 2006) is the first of the two
 the forces inside are the same. But a free edge here bears a moment of the curvature across it
 alone, and a twist w = t u v costs B t^2 per area, where the first term costs nothing.
 """
-from flag_sim.cloth.mesh import ONE
+from flag_sim.cloth.records import Band, Field, NEXT, Vector, Weights
 from flag_sim.jit.kernels import inner_kernel, kernel, wide_kernel
+import numpy as np
 
 
-def bend_constants(bend_stiffness, dx, dy):
+def bend_constants(bend_stiffness: float, dx: float, dy: float) -> Vector:
     """
     Return (across, down, twist) constants [N/m] of second differences on cells of dx by dy [m].
 
@@ -48,7 +49,8 @@ def bend_constants(bend_stiffness, dx, dy):
 
 
 @wide_kernel
-def set_moments(position, weights, bend, moments, span):
+def set_moments(position: Field, weights: Weights, bend: Vector, moments: tuple,
+                band: Band) -> None:
     """
     Fill the moments [N] at each node: the constants times second differences of the positions.
 
@@ -60,9 +62,9 @@ def set_moments(position, weights, bend, moments, span):
     across_x, down_x, twist_x = moments[0]
     across_y, down_y, twist_y = moments[1]
     across_z, down_z, twist_z = moments[2]
-    first, last, stride = span
+    first, last, stride = band
     for i in range(first, last):
-        e, w, s, n, d = i + ONE, i - ONE, i + stride, i - stride, i + stride + ONE
+        e, w, s, n, d = i + NEXT, i - NEXT, i + stride, i - stride, i + stride + NEXT
         b = b_across * weights.bend_across[i]
         across_x[i] = b * ((x[e] - x[i]) - (x[i] - x[w]))
         across_y[i] = b * ((y[e] - y[i]) - (y[i] - y[w]))
@@ -78,25 +80,29 @@ def set_moments(position, weights, bend, moments, span):
 
 
 @inner_kernel
-def unbend(across, across_e, across_w, down, down_s, down_n, twist, twist_w, twist_n, twist_nw):
-    """Return the bending force [N] on a node along one axis, given the moments about it."""
-    return -(((across_e - across) - (across - across_w))
-             + ((down_s - down) - (down - down_n))
-             + ((twist - twist_w) - (twist_n - twist_nw)))
+def bending_force(moments: tuple, i: np.uint64, stride: np.uint64) -> float:
+    """
+    Return the force [N] of bending on node i along one axis: minus the gradient of E.
+
+    moments: across, down and twist [N] of that axis. The force is the same differences of the
+    moments as these are of the positions.
+    """
+    across, down, twist = moments
+    e, w, s, n = i + NEXT, i - NEXT, i + stride, i - stride
+    return -(((across[e] - across[i]) - (across[i] - across[w]))
+             + ((down[s] - down[i]) - (down[i] - down[n]))
+             + ((twist[i] - twist[w]) - (twist[n] - twist[n - NEXT])))
 
 
 @kernel
-def add_moments(moments, force, span):
-    """Add the bending force [N]: minus the gradient of E, the same differences of the moments."""
+def add_bending_forces(moments: tuple, force: Field, band: Band) -> None:
+    """Add the force of bending [N] on each node; moments: as set_moments fills them."""
     for axis in range(3):
-        across, down, twist = moments[axis]
-        _add_along(across, down, twist, force[axis], span)
+        _add_along(moments[axis], force[axis], band)
 
 
 @wide_kernel
-def _add_along(across, down, twist, f, span):
-    first, last, stride = span
+def _add_along(moments, f, band):
+    first, last, stride = band
     for i in range(first, last):
-        e, w, s, n = i + ONE, i - ONE, i + stride, i - stride
-        f[i] += unbend(across[i], across[e], across[w], down[i], down[s], down[n],
-                       twist[i], twist[w], twist[n], twist[n - ONE])
+        f[i] += bending_force(moments, i, stride)

@@ -20,26 +20,30 @@ seen to between frames, also where somebody else has put the cloth, or changed w
 """
 from flag_sim.cloth.attachment import attach
 from flag_sim.cloth.collision import collide
+from flag_sim.cloth.contact import Contact, Limits
+from flag_sim.cloth.state import State
 import numpy as np
 
 SWEEPS = 20
 """After as many the cloth may still be in the pole, where it was put so; steps go on with that."""
 
 
-def constrain(state, spare, limits, contact):
+def constrain(state: State, spare: State, limits: Limits, contact: Contact) -> None:
     """
     Bring back what is in the pole or too far from the hoist.
 
-    spare: another state of the mesh, whose positions are lost. limits, contact: of the mesh;
-    contact.held then has what was brought back here too.
+    spare: another state of the mesh, which is overwritten. limits, contact: of the mesh;
+    contact.brought_back then has what was brought back here too.
     """
-    span = state.mesh.span
+    band = state.mesh.band()
     if limits.pole[2] > 0.0:
+        spare.data[3:] = state.data[3:]
         for _ in range(SWEEPS):
             spare.data[:3] = state.data[:3]
-            collide(state.position, spare.position, state.velocity, limits, contact, span)
+            collide(state.position, spare.nodes, limits, contact, band)
             if np.array_equal(spare.data[:3], state.data[:3]):
                 break
             state.data[:3] = spare.data[:3]
+        state.data[3:] = spare.data[3:]
     if state.mesh.pinned:
-        attach(state.position, state.velocity, limits, contact.held, span)
+        attach(state.nodes, limits, contact.brought_back, band)

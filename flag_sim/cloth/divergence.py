@@ -13,7 +13,9 @@
 # limitations under the License.
 
 """Whether a state has stayed sane, and what to tell users whose choice of steps has broken it."""
+from flag_sim.cloth.material import Air
 from flag_sim.cloth.solvers import SOLVERS
+from flag_sim.cloth.state import State
 from flag_sim.jit.kernels import kernel
 from flag_sim.parameters import checks
 
@@ -24,19 +26,19 @@ MAX_SPEED = 1e7
 
 
 class Diverged(RuntimeError):
-    """A frame left the bounds of a sane state; the cloth still holds the frame before."""
+    """A frame left the bounds of a sane state; the cloth still is as the frame before left it."""
 
 
-def broken_bound(state):
-    """Return in words which bound a state breaks; an empty string if none."""
+def validate(state: State) -> None:
+    """Raise Diverged if a position or a velocity of a state is not finite or beyond all bounds."""
     for values, limit, what in ((state.data[:3], MAX_DISTANCE, 'position'),
                                 (state.data[3:], MAX_SPEED, 'velocity')):
         if not _within(values.reshape(-1), limit):
-            return f'a {what} is not finite or beyond {limit:g}'
-    return ''
+            raise Diverged(f'a {what} is not finite or beyond {limit:g}')
 
 
-def advice(name, step, safety, omega, gamma, air):
+def stability_hint(name: str, step: float, safety: float, omega: float, gamma: float,
+                   air: Air) -> str:
     """
     Return which step would have been stable, instead of one of step [s] with the solver so named.
 

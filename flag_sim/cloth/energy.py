@@ -17,16 +17,17 @@ The energies of the cloth, written from their definitions in plain numpy.
 
 Slower than the forces' kernels, and independent of them: the forces are minus their gradients.
 """
+from flag_sim.cloth.model import Model
 import numpy as np
 
 
-def kinetic_energy(model, velocities):
+def kinetic_energy(model: Model, velocities: np.ndarray) -> float:
     """Return the kinetic energy [J] of nodes with velocities (rows, columns, 3) [m/s]."""
     mass = model.mesh.grid(model.mass)
     return 0.5 * float(np.sum(mass[..., None] * velocities**2))
 
 
-def elastic_energy(model, positions):
+def elastic_energy(model: Model, positions: np.ndarray) -> float:
     """Return the energy [J] of the springs at positions (rows, columns, 3) [m] (Hooke, 1.2)."""
     k_across, k_down, k_diagonal = model.spring_k
     rest_across, rest_down, rest_diagonal = model.spring_rest
@@ -40,7 +41,7 @@ def elastic_energy(model, positions):
         (k_diagonal, rest_diagonal, 1.0, p[1:, :-1] - p[:-1, 1:])))
 
 
-def bending_energy(model, positions):
+def bending_energy(model: Model, positions: np.ndarray) -> float:
     """Return the energy [J] of bending at positions (rows, columns, 3) [m] (see bending)."""
     b_across, b_down, b_twist = model.bend
     weights = model.mesh.weights

@@ -16,57 +16,52 @@
 import math
 from typing import NamedTuple
 
-from flag_sim.cloth.aerodynamics import add_faces, wind_on_faces
-from flag_sim.cloth.bending import add_moments, set_moments
-from flag_sim.cloth.collision import Contact, Limits
+from flag_sim.cloth.aerodynamics import add_pressure_forces, set_face_forces, Wind
+from flag_sim.cloth.bending import add_bending_forces, set_moments
+from flag_sim.cloth.contact import Contact, Limits, NO_POLE
 from flag_sim.cloth.material import Air
-from flag_sim.cloth.springs import damped_tensions, elastic_tensions, sum_tensions
+from flag_sim.cloth.mesh import Mesh
+from flag_sim.cloth.records import Band, Field, Nodes, Sheet, Vector, Weights
+from flag_sim.cloth.springs import (
+    damped_tensions, elastic_tensions, set_springs_and_weight, Springs)
 from flag_sim.jit.kernels import shared_kernel
 from flag_sim.parallel.barrier import new_barrier, wait
 import numpy as np
 
-NO_POLE = (0.0, 0.0, 0.0)
-"""A pole of radius zero, which nothing can be inside of."""
-
 
 class Forcing(NamedTuple):
-    """What acts on the cloth from outside."""
+    """What acts on the cloth from outside, as its users give it."""
 
-    wind: tuple = (0.0, 0.0, 0.0)  # [m/s]
-    gravity: float = 9.81          # [m/s2], along -z
+    wind: Vector = (0.0, 0.0, 0.0)   # [m/s]
+    gravity: float = 9.81            # [m/s2], along -z
     air: Air = Air()
-    pole: tuple = NO_POLE          # as x, y and radius of a cylinder; measured as positions [m]
-    stretch_limit: float = math.inf  # of a node's way from the hoist; held in steps with a pole
+    pole: Vector = NO_POLE           # x, y and radius of a cylinder [m]; measured as positions
+    stretch_limit: float = math.inf  # see Limits.of
 
 
 class Coefficients(NamedTuple):
-    """The numbers of every force, and the limits, ready for the kernels."""
+    """The numbers of every force, and the limits, ready for kernels: a Model under a Forcing."""
 
-    spring_k: tuple     # across, down, diagonal [N/m]
-    spring_c: tuple     # the dashpots of the same [N s/m]
-    spring_rest: tuple  # the lengths at rest of the same [m]
-    bend: tuple         # across, down, twist [N/m]
-    gravity: float      # g [m/s2]
-    drag: float         # of Air [kg/m3]
-    drag_rate: float    # the same over a face's mass [1/m3]
-    law: int            # of the wind: pressure.QUADRATIC, LINEAR or SEED
-    order: int          # of the method, to which drag is kept from overshooting
-    node_damping: float  # nu [1/s]
-    limits: Limits      # where nodes may be
+    springs: Springs
+    bend: Vector         # across, down, twist [N/m]; all zero: no bending
+    gravity: float       # g [m/s2]
+    wind: Wind
+    node_damping: float  # nu [1/s]; the method's own to take account of
+    limits: Limits       # where nodes may be
 
 
 class Work(NamedTuple):
     """Flat arrays that the forces are computed in; nothing is kept in them between steps."""
 
-    force: tuple     # x, y, z [N]
-    tensions: tuple  # across, down, rising, falling [N/m]
-    moments: tuple   # across, down, twist [N], for each axis
-    faces: tuple     # x, y, z of half the force on upper, then on lower faces [N]
-    contact: Contact  # with the pole
-    barrier: np.ndarray  # of the threads that share the steps
+    force: Field         # x, y, z [N]
+    tensions: tuple      # across, down, rising, falling [N/m]
+    moments: tuple       # across, down, twist [N], for each axis
+    faces: tuple         # x, y, z of half the force on upper, then on lower faces [N]
+    contact: Contact     # with the pole
+    barrier: np.ndarray  # of the threads that compute the steps
 
     @classmethod
-    def of(cls, mesh):
+    def of(cls, mesh: Mesh) -> 'Work':
         """Return the work arrays of a mesh. All zero: ghosts must be, and stay so."""
         def arrays(count):
             return tuple(mesh.fields(count))
@@ -76,32 +71,43 @@ class Work(NamedTuple):
 
 
 @shared_kernel
-def set_parts(position, velocity, wind, weights, coefficients, work, dt, span):
+def set_parts(nodes: Nodes, weights: Weights, coefficients: Coefficients, work: Work, dt: float,
+              band: Band) -> None:
     """
-    Set work's tensions, moments and faces: what acts between the nodes of span and those after.
+    Set work's tensions, moments and faces: what acts between the nodes of a band and those after.
 
     dt: the step that the wind is taken implicitly over [s]; zero for its momentary force. All
-    threads of work.barrier call it together and leave together, each with the nodes of its span.
+    threads of work.barrier call it together and leave together, each with the nodes of its band.
     """
-    k, c, rest = coefficients.spring_k, coefficients.spring_c, coefficients.spring_rest
-    if max(c) > 0.0:
-        damped_tensions(position, velocity, weights, k, c, rest, work.tensions, span)
+    # Tension of the springs (1.2), with or without dashpots.
+    if max(coefficients.springs.c) > 0.0:
+        damped_tensions(nodes, weights, coefficients.springs, work.tensions, band)
     else:
-        elastic_tensions(position, weights, k, rest, work.tensions, span)
+        elastic_tensions(nodes.position, weights, coefficients.springs, work.tensions, band)
+    # Moments of bending.
     if max(coefficients.bend) > 0.0:
-        set_moments(position, weights, coefficients.bend, work.moments, span)
-    if coefficients.drag > 0.0:
-        wind_on_faces(position, velocity, wind, coefficients.drag, dt * coefficients.drag_rate,
-                      coefficients.law, coefficients.order, weights, work.faces, span)
+        set_moments(nodes.position, weights, coefficients.bend, work.moments, band)
+    # Force of the wind on each face (1.3).
+    if coefficients.wind.drag > 0.0:
+        set_face_forces(nodes, coefficients.wind, dt, weights, work.faces, band)
     wait(work.barrier)
 
 
 @shared_kernel
-def set_forces(position, velocity, wind, mass, weights, coefficients, work, dt, span):
-    """Set work.force [N] to the sum of all forces on each node but its own damping (1.6)."""
-    set_parts(position, velocity, wind, weights, coefficients, work, dt, span)
-    sum_tensions(position, work.tensions, mass, coefficients.gravity, work.force, span)
+def set_forces(nodes: Nodes, sheet: Sheet, coefficients: Coefficients, work: Work, dt: float,
+               band: Band) -> None:
+    """
+    Set work.force [N] to the sum of all forces on each node of a band but its own damping (1.6).
+
+    dt and threads: as in set_parts.
+    """
+    set_parts(nodes, sheet.weights, coefficients, work, dt, band)
+    # Springs (1.2) and weight (1.1).
+    set_springs_and_weight(nodes.position, work.tensions, sheet.mass, coefficients.gravity,
+                           work.force, band)
+    # Bending.
     if max(coefficients.bend) > 0.0:
-        add_moments(work.moments, work.force, span)
-    if coefficients.drag > 0.0:
-        add_faces(work.faces, work.force, span)
+        add_bending_forces(work.moments, work.force, band)
+    # The wind on the faces, shared out to the nodes (1.4).
+    if coefficients.wind.drag > 0.0:
+        add_pressure_forces(work.faces, work.force, band)

@@ -12,10 +12,10 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What the cloth is made of, and the air around it: the user's physical dials, checked."""
+"""What the cloth is made of, and the air around it: the user's physical parameters, checked."""
 from dataclasses import dataclass
 
-from flag_sim.cloth.pressure import GREATEST_RATE, LAWS
+from flag_sim.cloth.pressure import DRAG_LAWS, GREATEST_RATE
 from flag_sim.parameters import checks
 
 
@@ -74,7 +74,7 @@ class Air:
     def __post_init__(self):
         """Refuse what no air can be."""
         checks.fields(self, ['density', 'drag_coefficient'], low=0.0, high=checks.LARGEST)
-        checks.choice('law', self.law, LAWS)
+        checks.choice('law', self.law, DRAG_LAWS)
 
     @property
     def drag(self):

@@ -13,23 +13,19 @@
 # limitations under the License.
 
 """The grid of nodes: how it lies in memory, and what share of the sheet each node stands for."""
-from typing import NamedTuple
-
+from flag_sim.cloth.records import Band, Vector, Weights
 from flag_sim.parameters import checks
 from flag_sim.parameters.closed import constant
 import numpy as np
 
 MAX_NODES = 2**20
-"""A limit on rows x columns, so that a mistyped dial is refused before it fills the memory."""
+"""A limit on rows x columns, so that a mistyped one is refused before it fills the memory."""
 
 LINE = 64
 """Bytes in a cache line. Fields begin on one, so that the vectors that are stored lie in one."""
 
 PIECE = 64
 """Nodes in the smallest band: the most that a loop takes at once, four vectors of 16 float32."""
-
-ONE = np.uint64(1)
-"""From a node to the next in its row; unsigned, as the numbers of a span are."""
 
 LEAST_LENGTH2 = 1e-16
 LEAST_AREA2 = 1e-30
@@ -43,27 +39,13 @@ PRECISIONS = ('float64', 'float32')
 """What the numbers of fields may be. Vectors hold twice as many float32."""
 
 
-class Weights(NamedTuple):
-    """
-    Shares of springs, cells and curvatures, each a flat array (mesh.size,), zero where none is.
-
-    Springs and curvatures on a border stand for half as much sheet as those inside, hence 1/2.
-    """
-
-    across: np.ndarray       # the spring from a node to the next in its row
-    down: np.ndarray         # the spring from a node to the one below
-    cell: np.ndarray         # the cell whose upper hoist corner is the node
-    bend_across: np.ndarray  # the curvature along the row, centred on the node
-    bend_down: np.ndarray    # the curvature along the column, centred on the node
-
-
 @constant
 class Mesh:
     """
     A rectangle of rows x columns nodes, row 0 the upper edge, column 0 the hoist.
 
     length, width: of the cloth at rest [m], along the rows and down the columns.
-    pinned: whether the hoist is held; a cloth without pins flies free.
+    pinned: whether the hoist is fixed; a cloth without pins flies free.
     precision: of all fields and of the numbers that go with them, one of PRECISIONS.
 
     In memory a field is one flat array. A ghost node follows each row and a row of ghosts lies
@@ -74,7 +56,8 @@ class Mesh:
     and an unknown precision.
     """
 
-    def __init__(self, rows, columns, length, width, pinned=True, precision='float64'):
+    def __init__(self, rows: int, columns: int, length: float, width: float, pinned: bool = True,
+                 precision: str = 'float64'):
         self.rows = checks.whole('rows', rows, 2, MAX_NODES)
         self.columns = checks.whole('columns', columns, 2, MAX_NODES)
         if self.rows * self.columns > MAX_NODES:
@@ -94,8 +77,6 @@ class Mesh:
         # Whole vectors to the end, so that no loop has nodes left over to compute one by one.
         self.last = self.first + self._to_line(self.rows * self.stride)
         self.size = self._to_line(self.last + self.stride + 1)
-        # Unsigned: numba then needs no test for negative indices, and loops become vectors.
-        self.span = (np.uint64(self.first), np.uint64(self.last), np.uint64(self.stride))
 
         row_ones, column_ones = np.ones(self.rows), np.ones(self.columns)
         row_half, column_half = _ends(row_ones, 0.5, 0.5), _ends(column_ones, 0.5, 0.5)
@@ -111,42 +92,42 @@ class Mesh:
         self.mass_share = self.pad(np.outer(row_half, column_half))
         self.free = self.pad(np.outer(row_ones, _ends(column_ones, float(not self.pinned), 1.0)))
 
-    def band(self, band, bands):
+    def band(self, number: int = 0, count: int = 1) -> Band:
         """
-        Return the span of one of so many bands of nodes, one after the other and about equal.
+        Return one of so many bands of nodes, which follow one another and are about equal.
 
         They begin where vectors would begin without them, so that every node is computed by the
         same instructions whatever the number of bands.
         """
         pieces = -(-(self.last - self.first) // PIECE)
-        first, last = (min(self.first + PIECE * (pieces * end // bands), self.last)
-                       for end in (band, band + 1))
-        return np.uint64(first), np.uint64(last), np.uint64(self.stride)
+        first, last = (min(self.first + PIECE * (pieces * end // count), self.last)
+                       for end in (number, number + 1))
+        return Band(np.uint64(first), np.uint64(last), np.uint64(self.stride))
 
-    def grid(self, flat):
+    def grid(self, flat: np.ndarray) -> np.ndarray:
         """Return a view (rows, columns) of the nodes of a flat field (mesh.size,), no ghosts."""
         inside = flat[self.first:self.first + self.rows * self.stride]
         return inside.reshape(self.rows, self.stride)[:, :self.columns]
 
-    def fields(self, count):
+    def fields(self, count: int) -> np.ndarray:
         """Return new flat fields, all zero: (count, mesh.size), each on a cache line's start."""
         memory = np.zeros(count * self.size + self._line, self._dtype)
         start = -(memory.ctypes.data // memory.itemsize) % self._line
         return memory[start:start + count * self.size].reshape(count, self.size)
 
-    def pad(self, grid):
+    def pad(self, grid: np.ndarray) -> np.ndarray:
         """Return a new flat field (mesh.size,) that holds grid (rows, columns), zero at ghosts."""
         flat = self.fields(1)[0]
         self.grid(flat)[...] = grid
         return flat
 
-    def number(self, value):
+    def number(self, value: float | tuple) -> np.floating | tuple:
         """Return value, or a tuple of values, in the fields' precision and within its range."""
         if isinstance(value, tuple):
             return tuple(self.number(one) for one in value)
         return self._dtype.type(min(value, np.finfo(self._dtype).max))
 
-    def rest(self, hoist_top):
+    def rest(self, hoist_top: Vector) -> np.ndarray:
         """Return the cloth laid flat from hoist_top along +x and down: (rows, columns, 3) [m]."""
         positions = np.empty((self.rows, self.columns, 3))
         positions[..., 0] = hoist_top[0] + np.linspace(0.0, self.length, self.columns)
@@ -166,7 +147,7 @@ def _ends(ones, first, last):
     return result
 
 
-def resample(values, rows, columns):
+def resample(values: np.ndarray, rows: int, columns: int) -> np.ndarray:
     """
     Carry values (R, C, 3) over to another grid (rows, columns, 3), bilinear over the cloth itself.
 

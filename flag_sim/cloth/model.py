@@ -15,11 +15,15 @@
 """What is constant while the cloth moves: mesh and material, and what follows from both."""
 import math
 
+from flag_sim.cloth.aerodynamics import Wind
 from flag_sim.cloth.bending import bend_constants
-from flag_sim.cloth.collision import Limits
-from flag_sim.cloth.forces import Coefficients
-from flag_sim.cloth.pressure import LAWS
-from flag_sim.cloth.springs import dashpot_constants, spring_constants
+from flag_sim.cloth.contact import Limits
+from flag_sim.cloth.forces import Coefficients, Forcing
+from flag_sim.cloth.material import Material
+from flag_sim.cloth.mesh import Mesh
+from flag_sim.cloth.pressure import DRAG_LAWS
+from flag_sim.cloth.records import Sheet
+from flag_sim.cloth.springs import dashpot_constants, spring_constants, Springs
 from flag_sim.parameters.closed import constant
 
 
@@ -32,10 +36,13 @@ class Model:
     are lowered below the material's, so that the steps that are granted carry them.
 
     mass: of each node [kg], flat (mesh.size,), zero at ghosts. inverse_mass: 1 / mass, and zero
-    where a node does not move: pins and ghosts.
+    where a node does not move: pins and ghosts. sheet: both and the mesh's weights, for kernels.
+    spring_k, spring_c, spring_rest: constants [N/m], dashpots [N s/m] and lengths at rest [m] of
+    the springs across, down and diagonal. bend: constants [N/m] across, down and of twist.
     """
 
-    def __init__(self, mesh, material, stiffness_factor=1.0, damping_factor=1.0):
+    def __init__(self, mesh: Mesh, material: Material, stiffness_factor: float = 1.0,
+                 damping_factor: float = 1.0):
         self.mesh = mesh
         self.material = material
         self.factors = (stiffness_factor, damping_factor)
@@ -43,6 +50,7 @@ class Model:
         self.mass = self.cell_mass * mesh.mass_share
         self.inverse_mass = mesh.pad(
             mesh.grid(mesh.free) / (self.cell_mass * mesh.grid(mesh.mass_share)))
+        self.sheet = Sheet(self.mass, self.inverse_mass, mesh.weights)
 
         spring_k = spring_constants(
             material.stiffness, material.shear_stiffness, mesh.dx, mesh.dy)
@@ -53,13 +61,15 @@ class Model:
         self.spring_rest = (mesh.dx, mesh.dy, math.hypot(mesh.dx, mesh.dy))
         self.bend = tuple(stiffness_factor * b for b in bend)
 
-    def coefficients(self, forcing, order):
-        """Return the numbers that kernels of a method of this order need under the forcing."""
-        drag = forcing.air.drag
-        face_mass = 0.5 * self.cell_mass
+    def coefficients(self, forcing: Forcing, order: int) -> Coefficients:
+        """Return the numbers that kernels need under a forcing; order: see Wind."""
         number = self.mesh.number
+        drag = forcing.air.drag
+        drag_rate = drag / (0.5 * self.cell_mass)
+        wind = Wind(number(tuple(forcing.wind)), number(drag), number(drag_rate),
+                    DRAG_LAWS[forcing.air.law], order)
+        springs = Springs(number(self.spring_k), number(self.spring_c), number(self.spring_rest))
         return Coefficients(
-            number(self.spring_k), number(self.spring_c), number(self.spring_rest),
-            number(self.bend), number(forcing.gravity), number(drag), number(drag / face_mass),
-            LAWS[forcing.air.law], order, number(self.material.node_damping),
+            springs, number(self.bend), number(forcing.gravity), wind,
+            number(self.material.node_damping),
             Limits.of(self.mesh, forcing.pole, forcing.stretch_limit))

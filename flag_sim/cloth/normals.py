@@ -19,7 +19,7 @@ from flag_sim.jit.kernels import kernel
 import numpy as np
 
 
-def node_normals(positions):
+def node_normals(positions: np.ndarray) -> np.ndarray:
     """
     Return unit normals (rows, columns, 3) for nodes at positions (rows, columns, 3) [m].
 

@@ -23,25 +23,34 @@ the pole, at no moment of a straight way.
 """
 import math
 
-from flag_sim.cloth.mesh import LEAST_LENGTH2, ONE
+from flag_sim.cloth.mesh import LEAST_LENGTH2
+from flag_sim.cloth.records import Field, NEXT, Vector
 from flag_sim.jit.kernels import lean_inner_kernel, lean_kernel
+import numpy as np
 
 
 @lean_inner_kernel
-def separation(x0, x1, x2, x3, y0, y1, y2, y3, radius):
-    """Return how far the box of four points is from a box of that radius about the origin [m]."""
+def separation(x: tuple, y: tuple, radius: float) -> float:
+    """
+    Return how far the box of four points is from a box of that radius about the origin [m].
+
+    x, y: of the points [m], four each.
+    """
+    x0, x1, x2, x3 = x
+    y0, y1, y2, y3 = y
     return max(max(min(min(x0, x1), min(x2, x3)), -max(max(x0, x1), max(x2, x3))),
                max(min(min(y0, y1), min(y2, y3)), -max(max(y0, y1), max(y2, y3)))) - radius
 
 
 @lean_inner_kernel
-def _pass(ax, ay, bx, by, best, length2, side_x, side_y):
+def _nearer(a, b, best, length2, side):
     """
-    Return (best, length2, side x, y), of the line from a to b if that passes the origin nearer.
+    Return (best, length2, side), of the line from a to b if that passes the origin nearer.
 
     best / length2: the least squared distance so far [m2], of a side (x, y) [m] that goes around
     the origin counter-clockwise and is as long as the root of length2. No root, no division.
     """
+    (ax, ay), (bx, by) = a, b
     ux, uy = bx - ax, by - ay
     squared = ux * ux + uy * uy
     along = -(ax * ux + ay * uy)
@@ -50,25 +59,28 @@ def _pass(ax, ay, bx, by, best, length2, side_x, side_y):
             and cross * cross * length2 < best * squared):
         if cross < type(ax)(0.0):
             ux, uy = -ux, -uy
-        return cross * cross, squared, ux, uy
-    return best, length2, side_x, side_y
+        return cross * cross, squared, (ux, uy)
+    return best, length2, side
 
 
 @lean_kernel
-def _nearest_side(ax, ay, bx, by, cx, cy, dx, dy, px, py):
+def _nearest_side(corners, nearest):
     """
     Return the direction from the origin to the nearest side or diagonal of a cell's corners.
 
-    p: the nearest of the corners.
+    corners: four points (x, y) [m]. nearest: the one of them that is nearest to the origin.
     """
-    zero, one = type(ax)(0.0), type(ax)(1.0)
+    a, b, c, d = corners
+    px, py = nearest
+    zero, one = type(px)(0.0), type(px)(1.0)
     least = px * px + py * py
-    best, length2, ux, uy = _pass(ax, ay, bx, by, least, one, zero, zero)
-    best, length2, ux, uy = _pass(cx, cy, dx, dy, best, length2, ux, uy)
-    best, length2, ux, uy = _pass(ax, ay, cx, cy, best, length2, ux, uy)
-    best, length2, ux, uy = _pass(bx, by, dx, dy, best, length2, ux, uy)
-    best, length2, ux, uy = _pass(ax, ay, dx, dy, best, length2, ux, uy)
-    best, length2, ux, uy = _pass(bx, by, cx, cy, best, length2, ux, uy)
+    best, length2, side = _nearer(a, b, least, one, (zero, zero))
+    best, length2, side = _nearer(c, d, best, length2, side)
+    best, length2, side = _nearer(a, c, best, length2, side)
+    best, length2, side = _nearer(b, d, best, length2, side)
+    best, length2, side = _nearer(a, d, best, length2, side)
+    best, length2, side = _nearer(b, c, best, length2, side)
+    ux, uy = side
     if ux != zero or uy != zero:
         # At right angles to the side: exact where it passes close by.
         scale = one / math.sqrt(length2)
@@ -97,7 +109,8 @@ def _beside_pin(nx, ny, px, py, radius):
 
 
 @lean_inner_kernel
-def cell_plane(position, corner, stride, free, pole):
+def cell_plane(position: Field, corner: np.uint64, stride: np.uint64, free: np.ndarray,
+               pole: Vector) -> tuple[float, float]:
     """
     Return the unit normal (x, y) of the tangent that parts the cell of a corner from the pole.
 
@@ -106,7 +119,7 @@ def cell_plane(position, corner, stride, free, pole):
     """
     center_x, center_y, radius = pole
     x, y, _ = position
-    i, j = corner, corner + ONE
+    i, j = corner, corner + NEXT
     k, m = i + stride, j + stride
     ax, bx, cx, dx = x[i] - center_x, x[j] - center_x, x[k] - center_x, x[m] - center_x
     ay, by, cy, dy = y[i] - center_y, y[j] - center_y, y[k] - center_y, y[m] - center_y
@@ -124,7 +137,7 @@ def cell_plane(position, corner, stride, free, pole):
         if least >= radius * radius or not free[nearest] > 0.0:
             return nx, ny
     else:
-        nx, ny = _nearest_side(ax, ay, bx, by, cx, cy, dx, dy, px, py)
+        nx, ny = _nearest_side(((ax, ay), (bx, by), (cx, cy), (dx, dy)), (px, py))
     for node, px, py in ((i, ax, ay), (j, bx, by), (k, cx, cy), (m, dx, dy)):
         if not free[node] > 0.0:
             nx, ny = _beside_pin(nx, ny, px, py, radius)
@@ -132,7 +145,8 @@ def cell_plane(position, corner, stride, free, pole):
 
 
 @lean_kernel
-def project(px, py, planes, radius, tolerance):
+def project(px: float, py: float, planes: tuple, radius: float,
+            tolerance: float) -> tuple[bool, float, float]:
     """
     Return (found, x, y) of the point beyond all planes, n x >= radius, that is nearest to p.
 
@@ -164,7 +178,7 @@ def project(px, py, planes, radius, tolerance):
 
 
 @lean_inner_kernel
-def is_beyond(x, y, planes, radius):
+def is_beyond(x: float, y: float, planes: tuple, radius: float) -> bool:
     """Return whether a point is beyond all four planes."""
     least = planes[0][0] * x + planes[0][1] * y
     for k in range(1, 4):

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-The laws of the wind: the pressure on a face, and how it is kept from overshooting in a step.
+The laws of drag: the pressure on a face, and how it is kept from overshooting in a step.
 
 With the flux u . a [m3/s] of the wind u that a face of area A feels through its area vector a, the
 normal wind is u_n = flux / A, and the force along the normal is F = drag s u_n. The laws differ in
@@ -46,8 +46,8 @@ import math
 from flag_sim.jit.kernels import inner_kernel
 
 QUADRATIC, LINEAR, SEED = 0, 1, 2
-"""The laws by number, for the kernels."""
-LAWS = {'quadratic': QUADRATIC, 'linear': LINEAR, 'seed': SEED}
+"""The laws of drag by number, for the kernels."""
+DRAG_LAWS = {'quadratic': QUADRATIC, 'linear': LINEAR, 'seed': SEED}
 """The laws by the names that users choose them by."""
 
 GREATEST_RATE = {
@@ -58,8 +58,8 @@ GREATEST_RATE = {
 
 
 @inner_kernel
-def pressure(flux, area2, law):
-    """Return s and its (dF/du_n) / drag of a face, given the flux [m3/s] and A squared [m4]."""
+def pressure(flux: float, area2: float, law: int) -> tuple[float, float]:
+    """Return s and (dF/du_n) / drag of a face, both [m3/s], given the flux and A squared [m4]."""
     if law == QUADRATIC:
         s = abs(flux)
         return s, s + s
@@ -71,7 +71,7 @@ def pressure(flux, area2, law):
 
 
 @inner_kernel
-def divisor(r, order):
+def divisor(r: float, order: int) -> float:
     """Return 1 + r^order, for a method of order 1, 2 or 4."""
     if order > 1:
         r = r * r

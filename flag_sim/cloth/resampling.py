@@ -21,6 +21,8 @@ they are sampled they are moved until their springs are stretched as those of th
 """
 from flag_sim.cloth.energy import bending_energy, elastic_energy
 from flag_sim.cloth.mesh import resample
+from flag_sim.cloth.model import Model
+from flag_sim.cloth.records import Vector
 import numpy as np
 
 ROUNDS = 800
@@ -31,7 +33,8 @@ MOMENTUM = 0.985
 """What a round keeps of the last one's way (Polyak's heavy ball)."""
 
 
-def carry_over(old, positions, velocities, new, origin):
+def carry_over(old: Model, positions: np.ndarray, velocities: np.ndarray, new: Model,
+               origin: Vector) -> tuple[np.ndarray, np.ndarray]:
     """
     Return (positions, velocities) (rows, columns, 3) [m], [m/s] on another grid.
 
@@ -48,7 +51,7 @@ def carry_over(old, positions, velocities, new, origin):
     return at, _with_momentum(old, positions, velocities, new, at, v, np.asarray(origin))
 
 
-def resample_mean(values, rows, columns):
+def resample_mean(values: np.ndarray, rows: int, columns: int) -> np.ndarray:
     """
     Carry values (R, C, 3) over to another grid (rows, columns, 3): the nearest in the mean square.
 
@@ -118,7 +121,7 @@ def _stretched(model, at, springs, moves, enough):
     best, least = at, np.inf
     way = np.zeros_like(at)
     for number in range(1, ROUNDS + 1):
-        way = MOMENTUM * way + part * sum(_pull(at, *spring) for spring in springs)
+        way = MOMENTUM * way + part * sum(_spring_forces(at, *spring) for spring in springs)
         at = at + way
         if number % EVERY == 0:
             energy = _energy(model, at)
@@ -186,7 +189,7 @@ def _spread(ends, at_first, sign, shape):
     return field
 
 
-def _pull(at, ends, stiffness, length):
+def _spring_forces(at, ends, stiffness, length):
     """Return the force (rows, columns, 3) [N] of springs that would have that length."""
     between = at[ends[1]] - at[ends[0]]
     distance = np.maximum(np.linalg.norm(between, axis=-1), 1e-12)

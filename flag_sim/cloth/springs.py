@@ -20,15 +20,25 @@ finds the tension of the four springs that begin at a node, a second sums the ei
 it: each root is taken once, and opposite forces are equal to the last bit.
 """
 import math
+from typing import NamedTuple
 
-from flag_sim.cloth.mesh import LEAST_LENGTH2, ONE
+from flag_sim.cloth.mesh import LEAST_LENGTH2
+from flag_sim.cloth.records import Band, Field, NEXT, Nodes, Vector, Weights
 from flag_sim.jit.kernels import inner_kernel, wide_kernel
 import numba
 from numba.extending import overload
 import numpy as np
 
 
-def spring_constants(stiffness, shear_stiffness, dx, dy):
+class Springs(NamedTuple):
+    """The numbers of the springs: across, down and diagonal, each."""
+
+    k: Vector     # spring constants [N/m]
+    c: Vector     # of the dashpots [N s/m]
+    rest: Vector  # lengths at rest [m]
+
+
+def spring_constants(stiffness: float, shear_stiffness: float, dx: float, dy: float) -> Vector:
     """
     Return (across, down, diagonal) spring constants [N/m] of a sheet on cells of dx by dy [m].
 
@@ -45,7 +55,7 @@ def spring_constants(stiffness, shear_stiffness, dx, dy):
     return across, down, diagonal
 
 
-def dashpot_constants(spring_k, damping, mass):
+def dashpot_constants(spring_k: Vector, damping: float, mass: float) -> Vector:
     """
     Return the dashpots [N s/m] that damp each spring, between two nodes of mass [kg], by a ratio.
 
@@ -91,44 +101,54 @@ def _inverse_lengths(a2, b2, c2, d2):
 
 
 @wide_kernel
-def elastic_tensions(position, weights, spring_k, spring_rest, tensions, span):
-    """Fill the tensions [N/m] of the springs that begin at each node: k x / l (Hooke, 1.2)."""
+def elastic_tensions(position: Field, weights: Weights, springs: Springs, tensions: tuple,
+                     band: Band) -> None:
+    """
+    Fill the tensions [N/m] of the springs that begin at each node: k x / l (Hooke, 1.2).
+
+    tensions: of the springs across, down, rising and falling, four flat arrays. The falling
+    diagonal of a cell begins at its upper hoist corner; the rising one, from the corner below to
+    the corner after that, is kept there too.
+    """
     x, y, z = position
     across, down, rising, falling = tensions
-    k_a, k_d, k_x = spring_k
-    pull_a, pull_d, pull_x = k_a * spring_rest[0], k_d * spring_rest[1], k_x * spring_rest[2]
-    first, last, stride = span
+    k_a, k_d, k_x = springs.k
+    rest_a, rest_d, rest_x = springs.rest
+    kl_a, kl_d, kl_x = k_a * rest_a, k_d * rest_d, k_x * rest_x
+    first, last, stride = band
     for i in range(first, last):
-        e, s, d = i + ONE, i + stride, i + stride + ONE
+        e, s, d = i + NEXT, i + stride, i + stride + NEXT
         ax, ay, az = x[e] - x[i], y[e] - y[i], z[e] - z[i]
         dx, dy, dz = x[s] - x[i], y[s] - y[i], z[s] - z[i]
         rx, ry, rz = x[e] - x[s], y[e] - y[s], z[e] - z[s]
         fx, fy, fz = x[d] - x[i], y[d] - y[i], z[d] - z[i]
         a, b, r, f = _inverse_lengths(ax * ax + ay * ay + az * az, dx * dx + dy * dy + dz * dz,
                                       rx * rx + ry * ry + rz * rz, fx * fx + fy * fy + fz * fz)
-        across[i] = weights.across[i] * (k_a - pull_a * a)
-        down[i] = weights.down[i] * (k_d - pull_d * b)
-        rising[i] = weights.cell[i] * (k_x - pull_x * r)
-        falling[i] = weights.cell[i] * (k_x - pull_x * f)
+        across[i] = weights.across[i] * (k_a - kl_a * a)
+        down[i] = weights.down[i] * (k_d - kl_d * b)
+        rising[i] = weights.cell[i] * (k_x - kl_x * r)
+        falling[i] = weights.cell[i] * (k_x - kl_x * f)
 
 
 @wide_kernel
-def damped_tensions(position, velocity, weights, spring_k, spring_c, spring_rest, tensions, span):
+def damped_tensions(nodes: Nodes, weights: Weights, springs: Springs, tensions: tuple,
+                    band: Band) -> None:
     """
     Fill the tensions [N/m] of the springs that begin at each node, with their dashpots.
 
     The friction of the method's step (2.1): proportional to the relative velocity of the ends, and
     along the spring, so that it takes nothing from a cloth that moves or turns as a whole.
     """
-    x, y, z = position
-    vx, vy, vz = velocity
+    x, y, z = nodes.position
+    vx, vy, vz = nodes.velocity
     across, down, rising, falling = tensions
-    k_a, k_d, k_x = spring_k
-    c_a, c_d, c_x = spring_c
-    pull_a, pull_d, pull_x = k_a * spring_rest[0], k_d * spring_rest[1], k_x * spring_rest[2]
-    first, last, stride = span
+    k_a, k_d, k_x = springs.k
+    c_a, c_d, c_x = springs.c
+    rest_a, rest_d, rest_x = springs.rest
+    kl_a, kl_d, kl_x = k_a * rest_a, k_d * rest_d, k_x * rest_x
+    first, last, stride = band
     for i in range(first, last):
-        e, s, d = i + ONE, i + stride, i + stride + ONE
+        e, s, d = i + NEXT, i + stride, i + stride + NEXT
         ax, ay, az = x[e] - x[i], y[e] - y[i], z[e] - z[i]
         dx, dy, dz = x[s] - x[i], y[s] - y[i], z[s] - z[i]
         rx, ry, rz = x[e] - x[s], y[e] - y[s], z[e] - z[s]
@@ -140,42 +160,37 @@ def damped_tensions(position, velocity, weights, spring_k, spring_c, spring_rest
         dv = dx * (vx[s] - vx[i]) + dy * (vy[s] - vy[i]) + dz * (vz[s] - vz[i])
         rv = rx * (vx[e] - vx[s]) + ry * (vy[e] - vy[s]) + rz * (vz[e] - vz[s])
         fv = fx * (vx[d] - vx[i]) + fy * (vy[d] - vy[i]) + fz * (vz[d] - vz[i])
-        across[i] = weights.across[i] * (k_a - pull_a * a + c_a * av * (a * a))
-        down[i] = weights.down[i] * (k_d - pull_d * b + c_d * dv * (b * b))
-        rising[i] = weights.cell[i] * (k_x - pull_x * r + c_x * rv * (r * r))
-        falling[i] = weights.cell[i] * (k_x - pull_x * f + c_x * fv * (f * f))
+        across[i] = weights.across[i] * (k_a - kl_a * a + c_a * av * (a * a))
+        down[i] = weights.down[i] * (k_d - kl_d * b + c_d * dv * (b * b))
+        rising[i] = weights.cell[i] * (k_x - kl_x * r + c_x * rv * (r * r))
+        falling[i] = weights.cell[i] * (k_x - kl_x * f + c_x * fv * (f * f))
 
 
 @inner_kernel
-def pull(x, e, w, s, n, se, nw, sw, ne, across, across_w, down, down_n, falling, falling_nw,
-         rising_w, rising_n):
+def spring_force(x: np.ndarray, tensions: tuple, i: np.uint64, stride: np.uint64) -> float:
     """
-    Return the pull [N] of the eight springs on a node along one axis, with a coordinate of each.
+    Return the force [N] of the eight springs on node i along one axis (1.2).
 
-    x: of the node; e, w, s, n and so on: of its neighbours towards fly, hoist, lower and upper
-    edge [m]. A diagonal belongs to the cell of its upper hoist corner: falling from that corner,
-    rising to the corner after it.
+    x: that coordinate of all nodes [m]. tensions: as elastic_tensions fills them. n, s, w and e
+    are the nodes towards the upper and the lower edge, the hoist and the fly.
     """
-    return (across * (e - x) + across_w * (w - x) + down * (s - x) + down_n * (n - x)
-            + falling * (se - x) + falling_nw * (nw - x)
-            + rising_w * (sw - x) + rising_n * (ne - x))
+    across, down, rising, falling = tensions
+    e, w, s, n = i + NEXT, i - NEXT, i + stride, i - stride
+    se, nw, sw, ne = s + NEXT, n - NEXT, s - NEXT, n + NEXT
+    return (across[i] * (x[e] - x[i]) + across[w] * (x[w] - x[i])
+            + down[i] * (x[s] - x[i]) + down[n] * (x[n] - x[i])
+            + falling[i] * (x[se] - x[i]) + falling[nw] * (x[nw] - x[i])
+            + rising[w] * (x[sw] - x[i]) + rising[n] * (x[ne] - x[i]))
 
 
 @wide_kernel
-def sum_tensions(position, tensions, mass, gravity, force, span):
-    """Set each node's force [N] to its weight (1.1) and the pull of the eight springs on it."""
+def set_springs_and_weight(position: Field, tensions: tuple, mass: np.ndarray, gravity: float,
+                           force: Field, band: Band) -> None:
+    """Set each node's force [N] to its weight (1.1) and that of the eight springs on it (1.2)."""
     x, y, z = position
     fx, fy, fz = force
-    across, down, rising, falling = tensions
-    first, last, stride = span
+    first, last, stride = band
     for i in range(first, last):
-        e, w, s, n = i + ONE, i - ONE, i + stride, i - stride
-        se, nw, sw, ne = s + ONE, n - ONE, s - ONE, n + ONE
-        te, tw, ts, tn = across[i], across[w], down[i], down[n]
-        tse, tnw, tsw, tne = falling[i], falling[nw], rising[w], rising[n]
-        fx[i] = pull(x[i], x[e], x[w], x[s], x[n], x[se], x[nw], x[sw], x[ne],
-                     te, tw, ts, tn, tse, tnw, tsw, tne)
-        fy[i] = pull(y[i], y[e], y[w], y[s], y[n], y[se], y[nw], y[sw], y[ne],
-                     te, tw, ts, tn, tse, tnw, tsw, tne)
-        fz[i] = pull(z[i], z[e], z[w], z[s], z[n], z[se], z[nw], z[sw], z[ne],
-                     te, tw, ts, tn, tse, tnw, tsw, tne) - gravity * mass[i]
+        fx[i] = spring_force(x, tensions, i, stride)
+        fy[i] = spring_force(y, tensions, i, stride)
+        fz[i] = spring_force(z, tensions, i, stride) - gravity * mass[i]

@@ -27,10 +27,12 @@ nothing: their half weights go with half masses, so that the same waves, standin
 the bounded grid; pins only take modes away. (Irons and Treharne, A Bound Theorem in
 Eigenvalues, 1971, is the argument for elements.)
 """
+from collections.abc import Callable
 from dataclasses import dataclass
 import math
 from typing import NamedTuple
 
+from flag_sim.cloth.model import Model
 from flag_sim.parameters import checks
 
 
@@ -75,17 +77,17 @@ class Plan(NamedTuple):
     damping_factor: float    # of the springs' dashpots
 
 
-def frequency_bound(model):
+def frequency_bound(model: Model) -> float:
     """Return an upper bound of the mesh's largest angular frequency [rad/s], in every state."""
     return math.sqrt(_largest_wave(model.spring_k, model.bend) / model.cell_mass)
 
 
-def membrane_frequency_bound(model):
+def membrane_frequency_bound(model: Model) -> float:
     """Return an upper bound of the largest angular frequency [rad/s] of the springs alone."""
     return math.sqrt(_largest_wave(model.spring_k, (0.0, 0.0, 0.0)) / model.cell_mass)
 
 
-def damping_bound(model):
+def damping_bound(model: Model) -> float:
     """Return an upper bound of the rate at which the dashpots slow a node down [1/s]."""
     return _largest_wave(model.spring_c, (0.0, 0.0, 0.0)) / model.cell_mass
 
@@ -99,7 +101,8 @@ def _largest_wave(spring, bend):
                4.0 * (across + down) + 16.0 * (bend_across + bend_down + twist))
 
 
-def plan(dt, omega, gamma, largest_step, stepping, useful_step=math.inf, shortest_step=0.0):
+def plan(dt: float, omega: float, gamma: float, largest_step: Callable, stepping: Stepping,
+         useful_step: float = math.inf, shortest_step: float = 0.0) -> Plan:
     """
     Divide a frame of dt [s] into steps.
 
@@ -134,9 +137,9 @@ def _count(ratio):
     return max(1, math.ceil(ratio * (1.0 - 1e-12)))
 
 
-def _bisect(holds, low, high):
-    """Return the greatest value known to hold, between low, which does, and high."""
+def _bisect(is_enough, low, high):
+    """Return the greatest value known to be enough, between low, which is, and high."""
     for _ in range(60):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if holds(middle) else (low, middle)
+        low, high = (middle, high) if is_enough(middle) else (low, middle)
     return low

@@ -19,7 +19,7 @@ WAVES = 4
 """Waves of the bump along the cloth's length, and as many down its width."""
 
 
-def bump(rows, columns, size, seed):
+def bump(rows: int, columns: int, size: float, seed: int) -> np.ndarray:
     """
     Return how far out of their plane the nodes start (rows, columns) [m], at most size.
 

@@ -13,6 +13,8 @@
 # limitations under the License.
 
 """What changes from step to step: where the nodes are and how fast they move."""
+from flag_sim.cloth.mesh import Mesh
+from flag_sim.cloth.records import Field, Nodes, Vector
 from flag_sim.parameters import checks
 import numpy as np
 
@@ -23,16 +25,26 @@ class State:
 
     position, velocity: tuples of three flat arrays (mesh.size,), for x, y and z. position is
     measured from origin, (x, y, z) [m], so that a cloth far away is as exact as one that is near.
+    nodes: both as one record, for kernels. data: all six in one array (6, mesh.size).
     """
 
-    def __init__(self, mesh, origin=(0.0, 0.0, 0.0)):
+    def __init__(self, mesh: Mesh, origin: Vector = (0.0, 0.0, 0.0)):
         self.mesh = mesh
         self.origin = origin
         self.data = mesh.fields(6)
-        self.position = tuple(self.data[:3])
-        self.velocity = tuple(self.data[3:])
+        self.nodes = Nodes(tuple(self.data[:3]), tuple(self.data[3:]))
 
-    def place(self, positions, velocities=None):
+    @property
+    def position(self) -> Field:
+        """Return x, y and z of the positions [m]: three flat arrays (mesh.size,)."""
+        return self.nodes.position
+
+    @property
+    def velocity(self) -> Field:
+        """Return x, y and z of the velocities [m/s]: three flat arrays (mesh.size,)."""
+        return self.nodes.velocity
+
+    def place(self, positions: np.ndarray, velocities: np.ndarray | None = None) -> None:
         """
         Put the nodes at positions (rows, columns, 3) [m], with velocities or at rest.
 
@@ -49,13 +61,13 @@ class State:
             mesh.grid(self.velocity[axis])[...] = velocities[..., axis]
             self.velocity[axis][...] *= mesh.free
 
-    def positions(self):
+    def positions(self) -> np.ndarray:
         """Return a copy of the nodes' positions: (rows, columns, 3) float64 [m]."""
         return self._stack(self.position) + self.origin
 
-    def velocities(self):
+    def velocities(self) -> np.ndarray:
         """Return a copy of the nodes' velocities: (rows, columns, 3) float64 [m/s]."""
         return self._stack(self.velocity)
 
-    def _stack(self, axes):
+    def _stack(self, axes: Field) -> np.ndarray:
         return np.stack([self.mesh.grid(axis) for axis in axes], axis=-1).astype(np.float64)

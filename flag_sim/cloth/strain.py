@@ -13,10 +13,11 @@
 # limitations under the License.
 
 """How far the cloth is stretched, from its definition in plain numpy."""
+from flag_sim.cloth.mesh import Mesh
 import numpy as np
 
 
-def greatest_strain(mesh, positions):
+def greatest_strain(mesh: Mesh, positions: np.ndarray) -> float:
     """
     Return by which part of its length at rest the longest thread between two nodes is stretched.
 

@@ -13,23 +13,23 @@
 # limitations under the License.
 
 """
-Settings: {dial name: value}, as in a params file of the nodes, and what they make.
+Settings: {parameter name: value}, as in a params file of the nodes, and what they make.
 
-Which dials there are follows from the library's own dataclasses: Light.azimuth is sun.azimuth.
+Which there are follows from the library's own dataclasses: Light.azimuth is sun.azimuth.
 """
 import dataclasses
 from typing import NamedTuple
 
 from flag_sim.cloth import Air, Cloth, Material, Stepping
-from flag_sim.drawing import Camera, Light, Materials, Scene, Style, Surface
+from flag_sim.drawing import Camera, Dimensions, Light, Materials, Style, Surface
 
 CLOTH = {'grid.rows': 'rows', 'grid.columns': 'columns', **{name: name for name in (
     'gravity', 'solver', 'stretch_limit', 'precision', 'start_noise', 'start_seed', 'threads')}}
-"""The dials of Cloth that it takes as they are, and the names of its arguments."""
+"""The parameters of Cloth that it takes as they are, and the names of its arguments."""
 
 
 def _names(record, prefix='', but=()):
-    """Return {dial: field} of a dataclass whose fields are dials under a prefix."""
+    """Return {parameter: field} of a dataclass whose fields are parameters under a prefix."""
     return {prefix + field.name: field.name for field in dataclasses.fields(record)
             if field.name not in but}
 
@@ -40,7 +40,8 @@ STEPPING = _names(Stepping)
 CAMERA = {('' if name in ('width', 'height') else 'camera.') + name: name
           for name in _names(Camera)}
 LIGHT = {**_names(Light, 'sun.', but=['ambient']), 'ambient': 'ambient'}
-SCENE = {name.replace('_', '.', 1): name for name in _names(Scene)}  # pole_height is pole.height
+# pole_height is pole.height
+SCENE = {name.replace('_', '.', 1): name for name in _names(Dimensions)}
 STYLE = _names(Style)
 SURFACES = {
     'flag': _names(Surface, 'flag.'),  # only the flag is thin enough to let light through
@@ -51,7 +52,7 @@ COLOURS = ('background', *(f'{thing}.color' for thing in SURFACES))
 
 
 def _make(record, names, settings):
-    return record(**{field: settings[dial] for dial, field in names.items()})
+    return record(**{field: settings[name] for name, field in names.items()})
 
 
 def material_of(settings):
@@ -93,7 +94,7 @@ def cloth_of(settings):
     return Cloth(length=length, width=width, hoist_top=hoist_top, pole=pole_of(settings),
                  material=material_of(settings), air=air_of(settings),
                  stepping=stepping_of(settings),
-                 **{name: settings[dial] for dial, name in CLOTH.items()})
+                 **{argument: settings[name] for name, argument in CLOTH.items()})
 
 
 class Look(NamedTuple):
@@ -102,7 +103,7 @@ class Look(NamedTuple):
     camera: Camera
     light: Light
     materials: Materials
-    scene: Scene
+    dimensions: Dimensions
     style: Style
 
 
@@ -113,9 +114,9 @@ def look_of(settings):
     Between black and another colour, keys pass through what Surface and Style refuse, for people
     who give it count colours from 0 to 1: that is black here.
     """
-    settings = {dial: (0.0, 0.0, 0.0) if dial in COLOURS and 0.0 < max(value) <= 1.0 else value
-                for dial, value in settings.items()}
+    settings = {name: (0.0, 0.0, 0.0) if name in COLOURS and 0.0 < max(value) <= 1.0 else value
+                for name, value in settings.items()}
     return Look(
         _make(Camera, CAMERA, settings), _make(Light, LIGHT, settings),
         Materials(**{thing: _make(Surface, names, settings) for thing, names in SURFACES.items()}),
-        _make(Scene, SCENE, settings), _make(Style, STYLE, settings))
+        _make(Dimensions, SCENE, settings), _make(Style, STYLE, settings))

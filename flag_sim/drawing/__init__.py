@@ -20,15 +20,46 @@ In a few lines, with vertices (rows, columns, 3) [m] from anywhere:
 >>> from flag_sim.drawing import Camera, Light, Picture
 >>> frame = Picture().draw(vertices, camera=Camera(width=1280, height=720), light=Light())
 >>> frame.colour                        # (720, 1280, 3) uint8
+
+The modules, in the order in which a frame passes them:
+
+- picture: the frame from end to end; it calls all the others
+- scene: a list of objects, and the entries of the source's scene: flag, pole, platform
+- mesh, shapes: triangles and their normals; the pole, the platform, a box
+- camera, transforms: where the camera stands and what it sees; affine maps
+- style: what things are made of, and how the picture is made
+- scene_buffers: the objects joined in arrays, and which of them have changed
+- geometry: vertices taken to the screen
+- shading: light on vertices
+- culling: which triangles can be seen, and in which rows
+- painter: triangles from far to near, where that is asked for
+- bands: what a thread draws at a time, from clearing to bytes
+- rasterizer: triangles in, pixels out; it chooses between the next two
+- triangle_setup, batched: SMALL and MEDIUM triangles, many at a time
+- polygon, clipping, scanline: LARGE and clipped triangles, one by one
+- coverage: the fill rule (top-left)
+- depth: reversed Z and the depth test
+- pixels: vectors of pixels, packed colours
+- outline: the triangles' edges as lines
+- multisample: several samples a pixel, where there are edges
+- visibility: which triangle each pixel sees
+- framebuffer: the frame, and the channels it can have
+- attributes: any values, interpolated to the pixels of a frame
+- ranges: checks of what is passed in
+- plain: one triangle in plain numpy, to be read first
 """
-from flag_sim.drawing.attributes import interpolate, Visibility
+from flag_sim.drawing import transforms
+from flag_sim.drawing.attributes import interpolate
 from flag_sim.drawing.camera import Camera
 from flag_sim.drawing.framebuffer import Frame
+from flag_sim.drawing.mesh import Mesh
 from flag_sim.drawing.picture import Picture
 from flag_sim.drawing.scene import body, flag_scene, Object, sheet
 from flag_sim.drawing.shading import Light, Surface
-from flag_sim.drawing.shapes import Scene
+from flag_sim.drawing.shapes import box_mesh, Dimensions
 from flag_sim.drawing.style import Materials, Style
+from flag_sim.drawing.visibility import Visibility
 
-__all__ = ['body', 'Camera', 'flag_scene', 'Frame', 'interpolate', 'Light', 'Materials', 'Object',
-           'Picture', 'Scene', 'sheet', 'Style', 'Surface', 'Visibility']
+__all__ = ['body', 'box_mesh', 'Camera', 'Dimensions', 'flag_scene', 'Frame', 'interpolate',
+           'Light', 'Materials', 'Mesh', 'Object', 'Picture', 'sheet', 'Style', 'Surface',
+           'transforms', 'Visibility']

@@ -13,191 +13,201 @@
 # limitations under the License.
 
 """
-Batches: triangles that are not wide, many at a time, made ready to be drawn (see blocks).
+Batches: SMALL and MEDIUM triangles, set up together and then drawn in blocks of pixels.
 
-Setting up is one loop over a batch's triangles, which LLVM turns into vector instructions: its
-arrays are flat, field after field, BATCH places each.
+A block is LANES pixels at a column that is a multiple of LANES. What one triangle stores, the
+next one then loads in one piece, which a processor forwards at once; loads that overlap a store
+in part, or a store under a mask, wait.
 """
-from typing import NamedTuple
-
-from flag_sim.drawing.attributes import keep_slot
-from flag_sim.drawing.coverage import edge_function
-from flag_sim.drawing.geometry import next_centre, SUBPIXELS
-from flag_sim.drawing.pixels import LANES
+from flag_sim.drawing.culling import MEDIUM
+from flag_sim.drawing.depth import is_nearer
+from flag_sim.drawing.pixels import clamp, LANES, pack_rgb, WHOLE_VECTORS
+from flag_sim.drawing.triangle_setup import (
+    AB, AT_A, AT_B, AT_C, BC, CA, COLUMNS, DU, DV, EDGE, EDGE_DU, EDGE_DV, END, gather, LEFT,
+    PLANE, set_up, START, store_primitives, THIN, TOP, VALUE)
 from flag_sim.jit.kernels import inner_kernel, kernel
 
 import numpy as np
 
-BATCH = 64
-# Whole numbers of a triangle: corner a and the ways from it to b and c [subpixels], ...
-A_U, A_V, P_U, P_V, Q_U, Q_V = (np.uint64(k * BATCH) for k in range(6))
-# ... three edge functions at the first pixel, their changes a column and a row, ...
-EDGE, EDGE_U, EDGE_V = (np.uint64((6 + 3 * k) * BATCH) for k in range(3))
-# ... the columns' start and number, rows' start and end, twice its number and the side seen, and
-# whether its values must be held within their range.
-LEFT, COUNT, TOP, END, FACE, THIN = (np.uint64(k * BATCH) for k in range(15, 21))
-WHOLE_FIELDS = 21
-# At a, b and c: reversed Z, red, green, blue.
-VALUE_FIELDS = 12
-# Reversed Z, red, green, blue: each at the first pixel, its changes a column and a row.
-PLANE_FIELDS = 12
-ONE, TWO, THREE, FOUR, EIGHT = (np.uint64(k * BATCH) for k in (1, 2, 3, 4, 8))
-ZERO = np.int32(0)
-# Up to which reach (see _reach) values need no bounds: rounded to float32, their sums miss them by
-# less than 8 2^-24 2^8 of their range, which is a 32nd of a level of colour.
-MOST_REACH = 2.0 ** 8
-
-
-class Batch(NamedTuple):
-    """A batch's fields, BATCH places each: flat int32, float64 and float32."""
-
-    whole: np.ndarray
-    values: np.ndarray
-    planes: np.ndarray
-
-
-def new_batch() -> Batch:
-    """Make a batch's arrays."""
-    return Batch(np.empty(WHOLE_FIELDS * BATCH, np.int32), np.empty(VALUE_FIELDS * BATCH),
-                 np.empty(PLANE_FIELDS * BATCH, np.float32))
-
-
-@inner_kernel
-def fetch(geometry, colours, numbers, how, batch):
-    """Gather what is known of the corners; backs of closed bodies are left out."""
-    triangles, is_closed, vertices = geometry.triangles, geometry.is_closed, geometry.vertices
-    u, v, reversed_z = vertices.u, vertices.v, vertices.reversed_z
-    shift_u, shift_v = how.shift_u, how.shift_v
-    whole, values, colour, is_flat = batch.whole, batch.values, colours.values, colours.is_flat
-    kept = np.uint64(0)
-    for k in range(np.uint64(numbers.size)):
-        t = np.uint64(numbers[k])
-        a, b = np.uint64(triangles[t, 0]), np.uint64(triangles[t, 1])
-        c = np.uint64(triangles[t, 2])
-        au, av = u[a] - shift_u, v[a] - shift_v
-        pu, pv = u[b] - shift_u - au, v[b] - shift_v - av
-        qu, qv = u[c] - shift_u - au, v[c] - shift_v - av
-        # v points down, so the front, counterclockwise, has a negative area.
-        side = np.uint64(pu * qv - qu * pv > 0)
-        whole[A_U + kept], whole[A_V + kept] = au, av
-        whole[P_U + kept], whole[P_V + kept] = pu, pv
-        whole[Q_U + kept], whole[Q_V + kept] = qu, qv
-        whole[FACE + kept] = np.uint64(2) * t + side
-        at_a, at_b, at_c = (t, t, t) if is_flat else (a, b, c)
-        sa, sb, sc = reversed_z[a], reversed_z[b], reversed_z[c]
-        values[kept], values[kept + FOUR], values[kept + EIGHT] = sa, sb, sc
-        for channel in range(3):
-            place = kept + np.uint64((1 + channel) * BATCH)
-            values[place] = colour[at_a, side, channel]
-            values[place + FOUR] = colour[at_b, side, channel]
-            values[place + EIGHT] = colour[at_c, side, channel]
-        kept += np.uint64((side == 0) | (is_closed[t] == 0))
-    return kept
-
-
-@inner_kernel
-def set_up(count, width, is_perspective_correct, batch):
-    """
-    Make edge functions and planes; each value q is q_0 + q_u (u - ua) + q_v (v - va).
-
-    Returns whether one of the triangles is THIN.
-    """
-    whole, values, planes = batch
-    full = np.int32(SUBPIXELS)
-    for k in range(count):
-        au, av = whole[A_U + k], whole[A_V + k]
-        pu, pv = whole[P_U + k], whole[P_V + k]
-        qu, qv = whole[Q_U + k], whole[Q_V + k]
-        area = pu * qv - qu * pv
-        left = next_centre(au + min(pu, qu, ZERO))
-        right = next_centre(au + max(pu, qu, ZERO))
-        top = max(next_centre(av + min(pv, qv, ZERO)), ZERO)
-        left = max(left & np.int32(-LANES), ZERO)
-        right = min(right, np.int32(width))
-        whole[LEFT + k], whole[COUNT + k] = left, max(right - left, ZERO)
-        whole[TOP + k] = top
-        whole[END + k] = next_centre(av + max(pv, qv, ZERO))
-        du, dv = left * full - au, top * full - av
-        sign = np.int32(1) if area > 0 else np.int32(-1)
-        # From a to b, from c to a and from b to c, inside to the left.
-        change_u, change_v = -pv * sign, pu * sign
-        whole[EDGE + k] = np.int32(edge_function(change_u, change_v, du, dv))
-        whole[EDGE_U + k], whole[EDGE_V + k] = change_u, change_v
-        change_u, change_v = qv * sign, -qu * sign
-        whole[EDGE + ONE + k] = np.int32(edge_function(change_u, change_v, du, dv))
-        whole[EDGE_U + ONE + k], whole[EDGE_V + ONE + k] = change_u, change_v
-        change_u, change_v = (pv - qv) * sign, (qu - pu) * sign
-        whole[EDGE + TWO + k] = np.int32(
-            edge_function(change_u, change_v, du - pu, dv - pv))
-        whole[EDGE_U + TWO + k], whole[EDGE_V + TWO + k] = change_u, change_v
-
-        share = SUBPIXELS / area
-        way = qv * share, -qu * share, -pv * share, pu * share, du / SUBPIXELS, dv / SUBPIXELS
-        extent = (max(pu, qu, ZERO) - min(pu, qu, ZERO), max(pv, qv, ZERO) - min(pv, qv, ZERO))
-        whole[THIN + k] = np.int32(_is_thin(values, k, extent, area, right - left,
-                                            is_perspective_correct))
-        # Four values, written out: LLVM vectorises no loop that has another one inside.
-        _plane(values, planes, k, np.uint64(0), way, (1.0, 1.0, 1.0))
-        # Perspective-correct colours are interpolated multiplied by 1 / z.
-        times = (values[k] if is_perspective_correct else 1.0,
-                 values[FOUR + k] if is_perspective_correct else 1.0,
-                 values[EIGHT + k] if is_perspective_correct else 1.0)
-        _plane(values, planes, k, np.uint64(1), way, times)
-        _plane(values, planes, k, np.uint64(2), way, times)
-        _plane(values, planes, k, np.uint64(3), way, times)
-    are_thin = np.int32(0)
-    for k in range(count):
-        are_thin |= whole[THIN + k]
-    return are_thin != 0
-
-
-@inner_kernel
-def _plane(values, planes, k, q, way, times):
-    """
-    Make the plane of value q, times something at a, b and c.
-
-    way: how the weights of b and c change along u and v, and the way from a to the first pixel.
-    """
-    bu, bv, cu, cv, x, y = way
-    place = q * ONE + k
-    a, b, c = values[place], values[place + FOUR], values[place + EIGHT]
-    a, b, c = a * times[0], b * times[1], c * times[2]
-    change_u, change_v = (b - a) * bu + (c - a) * cu, (b - a) * bv + (c - a) * cv
-    place = q * THREE + k
-    planes[place] = a + change_u * x + change_v * y
-    planes[place + ONE], planes[place + TWO] = change_u, change_v
-
-
-@inner_kernel
-def _is_thin(values, k, extent, area, columns, is_perspective_correct):
-    """
-    Whether values of triangle k must be held within their range.
-
-    extent: its columns' and rows' [subpixel]; columns: how many pixels. By weights' slopes,
-    (|qv| + |pv|) / area and the like, they change by at most 2 extent_v (columns + extent_u) /
-    area from the first pixel to any other; colours that are divided by 1 / z, by so much
-    more as the greatest exceeds the least.
-    """
-    reach = np.float64(extent[1]) * np.float64(SUBPIXELS * columns + extent[0])
-    a, b, c = values[k], values[FOUR + k], values[EIGHT + k]
-    most = 0.5 * MOST_REACH * abs(np.float64(area))
-    # nan, too, is thin.
-    if is_perspective_correct:
-        return not reach * max(a, b, c) <= most * min(a, b, c)
-    return not reach < most
+# More than the rounding of a quotient below 100, less than the distance from it to any other
+# quotient of such whole numbers.
+ROUNDING = 1e-9
 
 
 @kernel
-def keep_slots(count, is_perspective, slot, slots, batch):
-    """Write which triangles have the slots from `slot` on."""
-    whole, values = batch.whole, batch.values
+def draw_batch(geometry, colours, indices, state, first_id, target, batch):
+    """
+    Draw triangles of one size, SMALL or MEDIUM, with `indices`, at most BATCH of them.
+
+    colours, state, target: see rasterizer; first_id: the first primitive ID that is free. Returns
+    the one that is free then.
+    """
+    size = geometry.sizes[indices[0]]
+    kept = gather(geometry, colours, indices, state, batch)
+    has_thin = set_up(kept, target.width, state.is_perspective_correct, batch)
+    if target.primitive_ids.size > 0:
+        store_primitives(kept, geometry.transform.is_perspective, first_id, target.primitives,
+                         batch)
+    # Most batches are plain; what the others need makes plain ones 4 to 8 % slower if it stands
+    # in the same loop.
+    if has_thin or state.depth_ceiling < np.float32(0.0) or target.primitive_ids.size > 0:
+        _draw_any(kept, batch, state, first_id, target)
+    elif size == MEDIUM:
+        _draw_needed_blocks(kept, batch, state, target)
+    else:
+        _draw_all_blocks(kept, batch, state, target)
+    return first_id + np.int64(kept)
+
+
+@kernel
+def _draw_all_blocks(count, batch, state, target):
+    """Draw all blocks in the bounding boxes of the batch's triangles."""
+    integers, begin, end, stride = batch.integers, target.top, target.end, target.stride
     for k in range(count):
-        pu, pv = np.int64(whole[P_U + k]), np.int64(whole[P_V + k])
-        qu, qv = np.int64(whole[Q_U + k]), np.int64(whole[Q_V + k])
-        area = pu * qv - qu * pv
-        share = SUBPIXELS / area if area != 0 else 0.0
-        s_b, s_c = (values[FOUR + k], values[EIGHT + k]) if is_perspective else (1.0, 1.0)
-        keep_slot(slots, slot + np.int64(k), whole[FACE + k],
-                  (0.0, s_b * qv * share, -s_b * qu * share),
-                  (0.0, -s_c * pv * share, s_c * pu * share),
-                  (whole[A_U + k] / SUBPIXELS, whole[A_V + k] / SUBPIXELS))
+        top = integers[TOP + k]
+        columns = (np.uint64(integers[COLUMNS + k]) + np.uint64(LANES - 1)) & WHOLE_VECTORS
+        for row in range(max(top, begin), min(integers[END + k], end)):
+            first = np.uint64((row - begin) * stride + integers[LEFT + k])
+            # From the triangle's own first row, so that bands make no difference.
+            _draw_plain((k, np.int32(row - top)), (np.uint64(0), columns, first), batch, state,
+                        target)
+
+
+@kernel
+def _draw_needed_blocks(count, batch, state, target):
+    """Draw the same, but of each row only the blocks that can have pixels inside."""
+    integers, begin, end, stride = batch.integers, target.top, target.end, target.stride
+    for k in range(count):
+        top = integers[TOP + k]
+        for row in range(max(top, begin), min(integers[END + k], end)):
+            y = np.int32(row - top)
+            blocks = _needed_blocks(
+                k, y, np.uint64((row - begin) * stride + integers[LEFT + k]), batch)
+            _draw_plain((k, y), blocks, batch, state, target)
+
+
+@kernel
+def _draw_any(count, batch, state, first_id, target):
+    """Draw the same where triangles are THIN, for a painter, or with primitive IDs."""
+    integers, begin, end, stride = batch.integers, target.top, target.end, target.stride
+    for k in range(count):
+        top = integers[TOP + k]
+        ceiling_and_id = state.depth_ceiling, np.uint32(first_id + np.int64(k))
+        for row in range(max(top, begin), min(integers[END + k], end)):
+            y = np.int32(row - top)
+            blocks = _needed_blocks(
+                k, y, np.uint64((row - begin) * stride + integers[LEFT + k]), batch)
+            _draw_pixels((k, y), blocks, batch, ceiling_and_id, target, False,
+                         state.is_perspective_correct)
+
+
+@inner_kernel
+def _draw_plain(triangle_row, blocks, batch, state, target):
+    # What never changes in the loop is passed as literals: each case then has a loop of its own.
+    ceiling_and_id = state.depth_ceiling, np.uint32(0)
+    if state.is_perspective_correct:
+        _draw_pixels(triangle_row, blocks, batch, ceiling_and_id, target, True, True)
+    else:
+        _draw_pixels(triangle_row, blocks, batch, ceiling_and_id, target, True, False)
+
+
+@inner_kernel
+def _needed_blocks(k, y, first, batch):
+    """
+    Return the blocks of row y with pixels inside of triangle k.
+
+    first: the pixel at the triangle's first column. Returns the blocks' first column, the number
+    of their columns, and the pixel that they begin at.
+    """
+    integers = batch.integers
+    columns = (np.uint64(integers[COLUMNS + k]) + np.uint64(LANES - 1)) & WHOLE_VECTORS
+    low, high = 0.0, np.float64(columns) - 1.0
+    for edge in range(np.uint64(3)):
+        place = edge * CA + k
+        here = np.int32(integers[EDGE + place] + np.int32(y * integers[EDGE_DV + place]))
+        # here + n change is not negative from this column on, or up to it.
+        crossing = -here / integers[EDGE_DU + place]
+        if integers[EDGE_DU + place] > 0:
+            low = max(low, crossing)
+        elif integers[EDGE_DU + place] < 0:
+            high = min(high, crossing)
+    inner, last = np.ceil(low - ROUNDING), np.floor(high + ROUNDING)
+    if inner > last:
+        return np.uint64(0), np.uint64(0), first
+    start = np.uint64(inner) & WHOLE_VECTORS
+    stop = min((np.uint64(last) + np.uint64(LANES)) & WHOLE_VECTORS, columns)
+    return start, stop - start, first + start
+
+
+@inner_kernel
+def _draw_pixels(triangle_row, blocks, batch, ceiling_and_id, target, is_plain,
+                 is_perspective_correct):
+    k, y = triangle_row
+    start, columns, first = blocks
+    ceiling, primitive_id = ceiling_and_id
+    integers, values, planes = batch
+    depth, colour, primitive_ids = target.depth, target.colour, target.primitive_ids
+    ab_du, ca_du, bc_du = (integers[EDGE_DU + AB + k], integers[EDGE_DU + CA + k],
+                           integers[EDGE_DU + BC + k])
+    ab = _along(integers[EDGE + AB + k], y, integers[EDGE_DV + AB + k])
+    ca = _along(integers[EDGE + CA + k], y, integers[EDGE_DV + CA + k])
+    bc = _along(integers[EDGE + BC + k], y, integers[EDGE_DV + BC + k])
+    s, ds = _value(planes, k, np.uint64(0), y)
+    red, dr = _value(planes, k, np.uint64(1), y)
+    green, dg = _value(planes, k, np.uint64(2), y)
+    blue, db = _value(planes, k, np.uint64(3), y)
+    s_least, s_most = _bounds(batch, k, np.uint64(0))
+    r_least, r_most = _bounds(batch, k, np.uint64(1))
+    g_least, g_most = _bounds(batch, k, np.uint64(2))
+    b_least, b_most = _bounds(batch, k, np.uint64(3))
+    for j in range(columns & WHOLE_VECTORS):
+        n = np.int32(np.int32(start) + np.int32(j))
+        i = np.float32(n)
+        stored = depth[first + j]
+        is_inside = (_along(ab, n, ab_du) | _along(ca, n, ca_du) | _along(bc, n, bc_du)) >= 0
+        here = s + ds * i
+        if not is_plain:
+            here = clamp(here, s_least, s_most)
+        here = here if is_inside else np.float32(-np.inf)
+        is_seen = is_nearer(here, stored if is_plain else min(stored, ceiling))
+        # Stored whether it is new or not: LLVM would mask a store under a condition.
+        depth[first + j] = max(here, stored) if is_plain else (here if is_seen else stored)
+        if is_seen:
+            # Perspective-correct colours come times 1 / z (Heckbert, 1989).
+            z = np.float32(1.0) / here if is_perspective_correct else np.float32(1.0)
+            r, g, b = (red + dr * i) * z, (green + dg * i) * z, (blue + db * i) * z
+            if is_plain and is_perspective_correct:
+                # As below, that nothing is rounded otherwise.
+                r, g, b = (clamp(r, np.float32(0), np.float32(255)),
+                           clamp(g, np.float32(0), np.float32(255)),
+                           clamp(b, np.float32(0), np.float32(255)))
+            elif not is_plain:
+                r, g, b = (clamp(r, r_least, r_most), clamp(g, g_least, g_most),
+                           clamp(b, b_least, b_most))
+            colour[first + j] = pack_rgb(r, g, b)
+            if not is_plain and primitive_ids.size > 0:
+                primitive_ids[first + j] = primitive_id
+
+
+@inner_kernel
+def _value(planes, k, q, y):
+    """Return value q of triangle k in row y at the first column, and its change a column."""
+    place = q * PLANE + k
+    return planes[START + place] + planes[DV + place] * np.float32(y), planes[DU + place]
+
+
+@inner_kernel
+def _bounds(batch, k, q):
+    """Return the least and the most of value q of triangle k, infinite unless it is THIN."""
+    place, infinite = q * VALUE + k, np.float32(np.inf)
+    a, b, c = (batch.values[AT_A + place], batch.values[AT_B + place],
+               batch.values[AT_C + place])
+    is_thin = batch.integers[THIN + k] != 0
+    return (np.float32(min(a, b, c)) if is_thin else -infinite,
+            np.float32(max(a, b, c)) if is_thin else infinite)
+
+
+@inner_kernel
+def _along(edge, n, change):
+    """Return an edge function n steps on; in 32 bits, or else LLVM multiplies with 64, slowly."""
+    return np.int32(edge + np.int32(n * change))

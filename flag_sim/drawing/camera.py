@@ -69,17 +69,17 @@ class Camera:
         object.__setattr__(self, 'target', checks.vector('target', self.target))
 
     @property
-    def is_perspective(self):
+    def is_perspective(self) -> bool:
         """Whether distant things look smaller."""
         return self.projection == 'perspective'
 
     @functools.cached_property
-    def position(self):
+    def position(self) -> np.ndarray:
         """Where the camera stands: (3,) [m]."""
         return np.array(self.target) - self.distance * self._axes[2]
 
     @functools.cached_property
-    def viewpoint(self):
+    def viewpoint(self) -> np.ndarray:
         """
         Return the eye as a homogeneous point (4,): the way from p to it is [:3] - [3] p.
 
@@ -90,26 +90,26 @@ class Camera:
         return np.append(-self._axes[2], 0.0)
 
     @functools.cached_property
-    def pose(self):
+    def pose(self) -> np.ndarray:
         """World to optical frame: (4, 4)."""
         matrix = np.eye(4)
         matrix[:3, :3] = self._axes
         return matrix @ transforms.translate(-self.position)
 
     @property
-    def focal(self):
+    def focal(self) -> float:
         """Perspective: the focal length [pixel]; orthographic: the scale [pixel/m]."""
         if self.is_perspective:
             return 0.5 * self.height / math.tan(0.5 * self.vertical_fov)
         return self.height / self.scale
 
     @property
-    def centre(self):
+    def centre(self) -> tuple:
         """Where the optical axis meets the image: (u, v) [pixel]."""
         return 0.5 * self.width - 0.5, 0.5 * self.height - 0.5
 
     @functools.cached_property
-    def K(self):
+    def K(self) -> np.ndarray:
         """
         Return the intrinsic matrix of CameraInfo: (3, 3).
 
@@ -119,14 +119,14 @@ class Camera:
         return self.P[:, :3] if self.is_perspective else np.zeros((3, 3))
 
     @functools.cached_property
-    def P(self):
+    def P(self) -> np.ndarray:
         """Return the projection matrix of CameraInfo, from (x, y, z, 1) to (u, v, 1) w: (3, 4)."""
         focal, (cu, cv) = self.focal, self.centre
         if self.is_perspective:
             return np.array([[focal, 0.0, cu, 0.0], [0.0, focal, cv, 0.0], [0.0, 0.0, 1.0, 0.0]])
         return np.array([[focal, 0.0, 0.0, cu], [0.0, focal, 0.0, cv], [0.0, 0.0, 0.0, 1.0]])
 
-    def pixels_per_metre(self, distance):
+    def pixels_per_metre(self, distance: float) -> float:
         """Return how long [pixel] a metre across the view is at `distance` [m] from the camera."""
         return self.focal / max(distance, self.near) if self.is_perspective else self.focal
 

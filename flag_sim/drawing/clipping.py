@@ -13,21 +13,23 @@
 # limitations under the License.
 
 """
-Cutting triangles to what the rasterizer can draw (Sutherland and Hodgman, 1974).
+Clipping: triangles are cut to what the rasterizer can draw (Sutherland and Hodgman, 1974).
 
-All is done on points (X, Y, z) of the optical frame with X and Y in pixels at depth 1: a
-perspective image has u = X / z, an orthographic one u = X, both without the principal point.
+Points are (X, Y, z) of the optical frame with X and Y in pixels at depth 1: a perspective image
+has u = X / z, an orthographic one u = X, both relative to the principal point. Triangles are cut
+by the near plane, and by a guard band that is far wider than the image: what lies between the
+two is left out pixel by pixel, which is cheaper than clipping it.
 """
 from flag_sim.jit.kernels import kernel
 
-# Half the width of the band around the principal point that triangles are cut to [pixel]. With
-# a principal point below 2^13 all coordinates stay below 2^15, where edges are exact.
-GUARD = 2.0 ** 14
-# Beyond this [m or pixel] a vertex is INVALID, like one that is not finite.
-REACH = 1e15
-# A triangle cut by five planes has at most eight corners.
-MOST_CORNERS = 8
-# X, Y, z, and a point's weights of the triangle's second and third vertex.
+# Half the width of the guard band around the principal point [pixel]. With a principal point
+# below 2^13 all coordinates stay below 2^15, where the edge functions are exact.
+GUARD_BAND = 2.0 ** 14
+# A vertex beyond this [m or pixel] is INVALID, like one that is not finite.
+FARTHEST = 1e15
+# A triangle that is cut by five planes has at most eight corners.
+MAX_CORNERS = 8
+# X, Y, z, and a point's barycentric weights of the triangle's second and third vertex.
 CORNER_FIELDS = 5
 PLANES = 5
 
@@ -39,13 +41,14 @@ def outcode(x, y, z, near, is_perspective):
     """
     Return whether a point is INSIDE all planes, OUTSIDE of one, or INVALID.
 
-    As the outcode of Cohen and Sutherland, but without a bit for each plane: clip tries them all.
+    Like the outcode of Cohen and Sutherland, but without a bit for each plane: clip tries them
+    all.
     """
-    reach = GUARD * z if is_perspective else GUARD
+    limit = GUARD_BAND * z if is_perspective else GUARD_BAND
     # The common case first: nothing else is then looked at.
-    if abs(x) <= reach and abs(y) <= reach and near <= z < REACH:
+    if abs(x) <= limit and abs(y) <= limit and near <= z < FARTHEST:
         return INSIDE
-    if abs(x) < REACH and abs(y) < REACH and abs(z) < REACH:
+    if abs(x) < FARTHEST and abs(y) < FARTHEST and abs(z) < FARTHEST:
         return OUTSIDE
     return INVALID
 
@@ -53,10 +56,10 @@ def outcode(x, y, z, near, is_perspective):
 @kernel
 def clip(corners, near, is_perspective):
     """
-    Cut the triangle in corners[0, :3] to the inside of all planes; return its number of corners.
+    Cut the triangle in corners[0, :3] by all planes; return the polygon's number of corners.
 
-    corners: (2, MOST_CORNERS + 1, CORNER_FIELDS): X, Y, z and what else is linear in space. The
-    planes take the polygon to and fro between the two halves; it ends in corners[1].
+    corners: (2, MAX_CORNERS + 1, CORNER_FIELDS): X, Y, z and what else is linear in space. Each
+    plane takes the polygon from one half of the array to the other; it ends in corners[1].
     """
     count = 3
     for plane in range(PLANES):
@@ -64,8 +67,8 @@ def clip(corners, near, is_perspective):
         kept = 0
         for k in range(count):
             k_next = k + 1 if k + 1 < count else 0
-            here = _inward(corners, source, k, plane, near, is_perspective)
-            there = _inward(corners, source, k_next, plane, near, is_perspective)
+            here = _distance(corners, source, k, plane, near, is_perspective)
+            there = _distance(corners, source, k_next, plane, near, is_perspective)
             if here >= 0.0:
                 for c in range(CORNER_FIELDS):
                     corners[target, kept, c] = corners[source, k, c]
@@ -85,15 +88,15 @@ def clip(corners, near, is_perspective):
 
 
 @kernel
-def _inward(corners, half, k, plane, near, is_perspective):
-    """Return how far inside of a plane a corner is; negative outside."""
+def _distance(corners, half, k, plane, near, is_perspective):
+    """Return how far a corner is inside of a plane, in any unit; negative outside."""
     if plane == 0:
         return corners[half, k, 2] - near
-    reach = GUARD * corners[half, k, 2] if is_perspective else GUARD
+    limit = GUARD_BAND * corners[half, k, 2] if is_perspective else GUARD_BAND
     if plane == 1:
-        return reach + corners[half, k, 0]
+        return limit + corners[half, k, 0]
     if plane == 2:
-        return reach - corners[half, k, 0]
+        return limit - corners[half, k, 0]
     if plane == 3:
-        return reach + corners[half, k, 1]
-    return reach - corners[half, k, 1]
+        return limit + corners[half, k, 1]
+    return limit - corners[half, k, 1]

@@ -15,10 +15,10 @@
 """
 Coverage: which pixels belong to a triangle. The fill rule stands here, and nowhere else.
 
-A pixel belongs to a triangle if its sample, most often its centre, does; a sample on an edge
-belongs to the triangle on one side alone (the top-left rule), so triangles that share an edge
-leave neither gaps nor doubles. A sample is inside where three edge functions (Pineda, 1988) are
-not negative. They are whole numbers, so coverage is exact: vertices lie at whole subpixels.
+A pixel belongs to a triangle if its sample does, which most often is its centre; a sample on an
+edge that two triangles share belongs to one of them alone (the top-left rule), so they leave
+neither gaps nor pixels drawn twice. A sample is inside where three edge functions (Pineda, 1988)
+are not negative. They are whole numbers, so coverage is exact: vertices lie at whole subpixels.
 """
 from flag_sim.drawing.geometry import SUBPIXEL_BITS
 from flag_sim.jit.kernels import inner_kernel
@@ -29,12 +29,12 @@ import numpy as np
 @inner_kernel
 def edge_function(change_u, change_v, du, dv):
     """
-    Return an edge function, at a way (du, dv) [subpixel] from where its edge begins.
+    Return an edge function at an offset (du, dv) [subpixel] from where its edge begins.
 
-    change_u, change_v: what a pixel to the right and down adds to it, for an edge that has the
-    inside to its left: minus its way down, and its way to the right [subpixel]. It is divided by
-    the subpixels of a pixel, which keeps its sign. A point on an edge that is neither top nor
-    left is outside: there it is made negative.
+    change_u, change_v: what a pixel to the right and a pixel down add to it; for an edge that has
+    the inside to its left these are minus its extent in v and its extent in u [subpixel]. The
+    function is divided by the subpixels of a pixel, which keeps its sign. A point on an edge that
+    is neither a top nor a left one is outside: there the function is made negative.
     """
     is_excluded = (change_u < 0) | ((change_u == 0) & (change_v < 0))
     return (change_u * du + change_v * dv - (1 if is_excluded else 0)) >> SUBPIXEL_BITS

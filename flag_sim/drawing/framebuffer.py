@@ -16,10 +16,14 @@
 import dataclasses
 from typing import NamedTuple
 
-from flag_sim.drawing.attributes import Visibility
+from flag_sim.drawing.visibility import Visibility
 from flag_sim.jit.kernels import kernel
+from flag_sim.parameters import checks
 
 import numpy as np
+
+# What a frame can hold beside the colour.
+CHANNELS = ('depth', 'visibility')
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -27,11 +31,11 @@ class Frame:
     """
     What a camera saw.
 
-    colour: (height, width, 3) uint8, C-contiguous; depth: (height, width) float32, along the
-    optical axis at the pixels' centres [m], +inf where nothing is; visibility: which triangle
-    each pixel sees, from which all else that it shows can be interpolated. The last two are None
-    if they were not asked for. The arrays are read-only, and the picture that drew them draws its
-    next frame into the same memory: `copy()` what must stay.
+    colour: (height, width, 3) uint8, C-contiguous, red, green and blue; depth: (height, width)
+    float32, along the optical axis at the pixels' centres [m], +inf where nothing is; visibility:
+    which triangle each pixel sees, from which any attribute can be interpolated. The last two are
+    None unless their channels were asked for. The arrays are read-only, and the picture that drew
+    them draws its next frame into the same memory: `copy()` what must stay.
     """
 
     colour: np.ndarray
@@ -45,21 +49,28 @@ class Frame:
                      Visibility(*(array.copy() for array in self.visibility)))
 
 
+def channel_names(channels) -> tuple:
+    """Return a list of CHANNELS as a tuple; raises ValueError for other names."""
+    is_list = isinstance(channels, (list, tuple, set, frozenset))
+    checks.require(is_list, 'channels', 'a list of names', channels)
+    return tuple(checks.choice('each of channels', name, CHANNELS) for name in channels)
+
+
 class Images(NamedTuple):
     """
     The memory of a frame, for the kernels.
 
     rgb, rgb_words: flat, the same memory as bytes and as uint32; depth: (height, width) float32;
-    seen: triangles, is_back and weights of a Visibility; depth and these are of size 0 if they
-    are not wanted; drawn: (2, bands) int32, first column and end of what the last frame drew in
-    each band, so that only that is emptied.
+    visibility: triangles, is_back and weights of a Visibility; depth and these are of size 0 if
+    they are not wanted; dirty: (2, bands) int32, the first column and the end of what the last
+    frame drew in each band, so that only that is cleared.
     """
 
     rgb: np.ndarray
     rgb_words: np.ndarray
     depth: np.ndarray
-    seen: tuple
-    drawn: np.ndarray
+    visibility: tuple
+    dirty: np.ndarray
 
 
 class Framebuffer:
@@ -67,38 +78,39 @@ class Framebuffer:
 
     def __init__(self, width, height, bands, clear_colour):
         """Make an image that is to be written as a whole by the next frame."""
-        self.kind = width, height, clear_colour
+        self.key = width, height, clear_colour
         self._shape = height, width
         # Colours are turned into bytes four at a time.
         self._words = np.empty(-(-width * height // 4) * 3, np.uint32)
         self._bytes = self._words.view(np.uint8)
         self._rgb = self._bytes[:3 * height * width].reshape(height, width, 3)
         self._rgb.flags.writeable = False
-        self._depth, self._seen = np.empty((0, 0), np.float32), _seen(0, 0)
-        self._drawn = np.tile(np.array([[0], [width]], np.int32), bands)
+        self._depth, self._visibility = np.empty((0, 0), np.float32), _nothing_visible(0, 0)
+        self._dirty = np.tile(np.array([[0], [width]], np.int32), bands)
 
-    def images(self, with_depth, with_visibility):
+    def images(self, channels):
         """Return the Images for a frame; those that the last one did not draw are made anew."""
-        if not with_depth:
+        if 'depth' not in channels:
             self._depth = self._depth[:0]
         elif not self._depth.size:
             self._depth = np.full(self._shape, np.inf, np.float32)
-        if with_visibility != bool(self._seen[0].size):
-            self._seen = _seen(*self._shape) if with_visibility else _seen(0, 0)
-        return Images(self._bytes, self._words, self._depth, self._seen, self._drawn)
+        if ('visibility' in channels) != bool(self._visibility[0].size):
+            shape = self._shape if 'visibility' in channels else (0, 0)
+            self._visibility = _nothing_visible(*shape)
+        return Images(self._bytes, self._words, self._depth, self._visibility, self._dirty)
 
     def frame(self, geometry):
         """Return the Frame of what was drawn of a Geometry."""
         depth = visibility = None
         if self._depth.size:
             depth = _read_only(self._depth)
-        if self._seen[0].size:
-            visibility = Visibility(*map(_read_only, self._seen), geometry.triangles,
-                                    geometry.vertices.seen[:, 2].copy())
+        if self._visibility[0].size:
+            visibility = Visibility(*map(_read_only, self._visibility), geometry.triangles,
+                                    geometry.vertices.view_space[:, 2].copy())
         return Frame(self._rgb, depth, visibility)
 
 
-def _seen(height, width):
+def _nothing_visible(height, width):
     """Return triangles, is_back and weights of pixels that see nothing."""
     return (np.full((height, width), -1, np.int32), np.zeros((height, width), np.bool_),
             np.zeros((height, width, 2), np.float32))
@@ -111,51 +123,38 @@ def _read_only(array):
 
 
 @kernel
-def write_depth(depths, area, is_perspective, image):
-    """Write an Area's depths into an image (height, width) of metres."""
-    top, begin, rows, left, right, stride = area
-    for row in range(begin, begin + rows):
-        source, target = np.uint64(row * stride), np.uint64(top + row)
-        if is_perspective:
-            for i in range(np.uint64(left), np.uint64(right)):
-                image[target, i] = np.float32(1.0) / depths[source + i]
-        else:
-            for i in range(np.uint64(left), np.uint64(right)):
-                image[target, i] = -depths[source + i]
-
-
-@kernel
-def write_rgb(words, area, width, rgb, rgb_words):
+def write_rgb(colour, region, width, rgb, rgb_words):
     """
-    Turn an Area's colours into red, green, blue bytes of an image.
+    Turn the colours of a Region into red, green, blue bytes of an image.
 
-    words: colours, red lowest; rgb: bytes of the image, `width` pixels a row, rgb_words: the same
-    memory as uint32. Four pixels that begin at a multiple of four fill three words: three times
-    faster than byte by byte. The bytes are in order where the lowest byte of a word stands
+    colour: a band's colour buffer; rgb: bytes of the image, `width` pixels a row; rgb_words: the
+    same memory as uint32. Four pixels that begin at a multiple of four fill three words: three
+    times faster than byte by byte. The bytes are in order where the lowest byte of a word stands
     first, as on all machines that ROS 2 supports.
     """
-    for row in range(area.first, area.first + area.rows):
+    for row in range(region.first, region.first + region.rows):
         # Pixel p of the image stands at p - offset.
-        offset = (area.top + row) * width - row * area.stride
-        begin, end = (area.top + row) * width + area.left, (area.top + row) * width + area.right
+        offset = (region.top + row) * width - row * region.stride
+        begin = (region.top + row) * width + region.left
+        end = (region.top + row) * width + region.right
         first, last = (begin + 3) // 4 * 4, end // 4 * 4
         if first >= last:
             first = last = end
-        _write_bytes(words, begin, first, offset, rgb)
+        _write_bytes(colour, begin, first, offset, rgb)
         source, target = np.uint64(first - offset), np.uint64(first // 4 * 3)
         for k in range(np.uint64((last - first) // 4)):
             p, q = source + np.uint64(4) * k, target + np.uint64(3) * k
-            a, b = words[p], words[p + np.uint64(1)]
-            c, d = words[p + np.uint64(2)], words[p + np.uint64(3)]
+            a, b = colour[p], colour[p + np.uint64(1)]
+            c, d = colour[p + np.uint64(2)], colour[p + np.uint64(3)]
             rgb_words[q] = a | (b << np.uint32(24))
             rgb_words[q + np.uint64(1)] = (b >> np.uint32(8)) | (c << np.uint32(16))
             rgb_words[q + np.uint64(2)] = (c >> np.uint32(16)) | (d << np.uint32(8))
-        _write_bytes(words, last, end, offset, rgb)
+        _write_bytes(colour, last, end, offset, rgb)
 
 
 @kernel
-def _write_bytes(words, begin, end, offset, rgb):
+def _write_bytes(colour, begin, end, offset, rgb):
     for p in range(begin, end):
-        word = words[p - offset]
+        packed = colour[p - offset]
         for channel in range(3):
-            rgb[3 * p + channel] = np.uint8(word >> np.uint32(8 * channel) & np.uint32(255))
+            rgb[3 * p + channel] = np.uint8(packed >> np.uint32(8 * channel) & np.uint32(255))

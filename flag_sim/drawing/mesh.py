@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Triangle meshes and their normals."""
+"""Triangle meshes and their normals (1.12, 1.13)."""
 import dataclasses
 import functools
 
@@ -36,37 +36,37 @@ class Mesh:
 
 
 @functools.lru_cache(maxsize=8)
-def grid_triangles(rows, columns):
+def grid_triangles(rows: int, columns: int) -> np.ndarray:
     """
     Cut the cells of a grid of rows x columns nodes in two: (2 (rows - 1) (columns - 1), 3) int32.
 
     Cell (i, j) becomes (i, j), (i, j+1), (i+1, j) and (i+1, j+1), (i+1, j), (i, j+1); node (i, j)
-    has the number i columns + j. Read-only. Raises ValueError for fewer than two rows or columns.
+    has the index i columns + j. Read-only. Raises ValueError for fewer than two rows or columns.
     """
     if rows < 2 or columns < 2:
         raise ValueError(f'a grid must have at least 2 x 2 nodes, not {rows} x {columns}')
-    corner = np.arange(rows * columns, dtype=np.int32).reshape(rows, columns)
-    here, right = corner[:-1, :-1], corner[:-1, 1:]
-    below, across = corner[1:, :-1], corner[1:, 1:]
+    node = np.arange(rows * columns, dtype=np.int32).reshape(rows, columns)
+    here, right = node[:-1, :-1], node[:-1, 1:]
+    below, across = node[1:, :-1], node[1:, 1:]
     cells = np.stack([here, right, below, across, below, right], axis=-1)
     triangles = cells.reshape(-1, 3)
     triangles.flags.writeable = False
     return triangles
 
 
-def face_normals(vertices, triangles):
+def face_normals(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Return the normal of each triangle, as long as twice its area: (m, 3) [m2] (1.12)."""
     normals = np.empty((len(triangles), 3))
     _cross_products(vertices, triangles, normals)
     return normals
 
 
-def vertex_normals(vertices, triangles):
+def vertex_normals(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """
     Average at each vertex the normals of its triangles: (n, 3) [m2] (1.13).
 
     The average is weighted by area (the sum of the cross products), which makes the normal
-    independent of how fine a flat part is cut. It is not brought to unit length.
+    independent of how finely a flat part is cut. It is not brought to unit length.
     """
     normals = np.zeros((len(vertices), 3))
     _sum_at_vertices(face_normals(vertices, triangles), triangles, normals)

@@ -13,13 +13,14 @@
 # limitations under the License.
 
 """
-Samples at edges: the idea of the A-buffer (Carpenter, 1984), with coverage held per sample.
+Multisampling: several samples a pixel, where there are edges.
 
 The frame is drawn once with a sample at each pixel's centre. Only tiles in which neighbouring
-pixels then differ are drawn again, once for each further sample of the pattern, and all are
-averaged, the centre's too, as it is there already: elsewhere the colour is smooth, and the
-centre's is the average. What is so thin that it slips between all pixel centres of a tile and of
-its rim is not found, and stays as it is with one sample.
+pixels then differ are drawn again, once for each further sample of the pattern, with coverage and
+depth held per sample, as in the A-buffer (Carpenter, 1984). All samples are averaged, the
+centre's too, for it is there already: elsewhere the colour is smooth, and the centre's is the
+average. What is so thin that it slips between all pixel centres of a tile and its border is not
+found, and stays as it is with one sample.
 """
 from typing import NamedTuple
 
@@ -45,7 +46,7 @@ def _about_the_centre(*offsets):
 
 # By the number of samples beside the centre. All are rooks, of which none attacks another, so that
 # edges along rows and columns have all levels. Among these they miss the area beside a straight
-# edge, squared and averaged over where it lies, least (test_drawing_samples): by equal parts for
+# edge, squared and averaged over where it lies, least (test_samples.py): by equal parts for
 # edges of all directions, for those that level cameras see, and for those of the default camera.
 PATTERNS = {
     1: _about_the_centre(),
@@ -60,66 +61,67 @@ class Tiles(NamedTuple):
     """
     Which tiles of a band are drawn with more samples, and what becomes of them.
 
-    marks: (BAND / TILE, stride / TILE) bool, the tile mask; worst: (stride,) uint32, for the work
-    in between; words, depths: of one sample, as those of the centres (see bands); sums:
-    (2, pixels) uint32: [0] red and blue, [1] green, 16 bits each.
+    mask: (BAND / TILE, stride / TILE) bool, the tile mask; differences: (stride,) uint32, not 0
+    in columns where neighbours differ, memory for mark_edges; colour, depth: the buffers of one
+    sample, like those of the centres (see bands); sums: (2, pixels) uint32: [0] red and blue, [1]
+    green, 16 bits each.
     """
 
-    marks: np.ndarray
-    worst: np.ndarray
-    words: np.ndarray
-    depths: np.ndarray
+    mask: np.ndarray
+    differences: np.ndarray
+    colour: np.ndarray
+    depth: np.ndarray
     sums: np.ndarray
 
 
 @kernel
-def mark_edges(words, area, height, tiles):
+def mark_edges(colour, region, height, tiles):
     """
-    Mark the tiles of an Area where neighbours differ, in them or across their rim.
+    Mark the tiles of a Region where neighbours differ, in them or across their border.
 
-    words: colours of the rows from area.top - 1 on, one more than area has above and below;
+    colour: of the rows from region.top - 1 on, one more than the region has above and below;
     height: of the image.
     """
-    marks, worst, stride = tiles.marks, tiles.worst, area.stride
-    begin, end, width = area.top, area.top + area.rows, area.right
+    mask, differences, stride = tiles.mask, tiles.differences, region.stride
+    begin, end, width = region.top, region.top + region.rows, region.right
     for tile_row in range((end - begin + TILE - 1) // TILE):
         first = max(begin + tile_row * TILE - 1, 0)
         last = min(begin + tile_row * TILE + TILE, height - 1)
-        worst[:] = 0
+        differences[:] = 0
         for row in range(first, last + 1):
             here = np.uint64((row - begin + 1) * stride)
             # The last row is its own neighbour below.
             below = np.uint64(stride if row < last else 0)
             for j in range(np.uint64(width - 1)):
-                word = words[here + j]
-                worst[j] |= (_differs(word, words[here + j + np.uint64(1)])
-                             | _differs(word, words[here + j + below]))
+                pixel = colour[here + j]
+                differences[j] |= (_differs(pixel, colour[here + j + np.uint64(1)])
+                                   | _differs(pixel, colour[here + j + below]))
             here += np.uint64(width - 1)
-            worst[width - 1] |= _differs(words[here], words[here + below])
-        for tile in range(marks.shape[1]):
+            differences[width - 1] |= _differs(colour[here], colour[here + below])
+        for tile in range(mask.shape[1]):
             # A difference belongs to both neighbours, so the pixel before counts too.
-            found = worst[max(tile * TILE - 1, 0)]
+            found = differences[max(tile * TILE - 1, 0)]
             for j in range(TILE):
-                found |= worst[tile * TILE + j]
-            marks[tile_row, tile] = found != 0
+                found |= differences[tile * TILE + j]
+            mask[tile_row, tile] = found != 0
 
 
 @kernel
-def touching(geometry, numbers, area, marks, found):
+def triangles_in_tiles(geometry, indices, region, mask, found):
     """
-    Collect in `found` those numbers of triangles that can touch a marked tile; count them.
+    Collect in `found` those of the triangles with `indices` that can touch a marked tile.
 
-    All but triangles that are INSIDE are taken to touch.
+    Returns how many. Triangles that are not INSIDE are all taken to touch one.
     """
     triangles, vertices = geometry.triangles, geometry.vertices
     u, v, outcodes = vertices.u, vertices.v, vertices.outcodes
-    begin, end, width = area.top, area.top + area.rows, area.right
+    begin, end, width = region.top, region.top + region.rows, region.right
     kept = np.uint64(0)
-    for k in range(np.uint64(numbers.size)):
-        t = numbers[k]
+    for k in range(np.uint64(indices.size)):
+        t = indices[k]
         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-        is_found = (outcodes[a] | outcodes[b] | outcodes[c]) != INSIDE
-        if not is_found:
+        touches = (outcodes[a] | outcodes[b] | outcodes[c]) != INSIDE
+        if not touches:
             # Samples lie within half a pixel of the centre, and outlines half a pixel farther.
             left = max((min(u[a], u[b], u[c]) >> SUBPIXEL_BITS) - 1, 0)
             right = min((max(u[a], u[b], u[c]) >> SUBPIXEL_BITS) + 2, width - 1)
@@ -128,60 +130,60 @@ def touching(geometry, numbers, area, marks, found):
             if left <= right and top <= bottom:
                 for row in range((top - begin) // TILE, (bottom - begin) // TILE + 1):
                     for tile in range(left // TILE, right // TILE + 1):
-                        is_found |= marks[row, tile]
+                        touches |= mask[row, tile]
         found[kept] = t
-        kept += np.uint64(is_found)
+        kept += np.uint64(touches)
     return kept
 
 
 @kernel
-def begin_samples(tiles, area, clear_colour, clear_depth, centres):
-    """Empty the marked tiles, and begin the sums with the colours at the centres."""
-    marks, sums = tiles.marks, tiles.sums
-    for row in range(area.rows):
-        for tile in range(marks.shape[1]):
-            if marks[row // TILE, tile]:
-                first = np.uint64(row * area.stride + tile * TILE)
+def begin_samples(tiles, region, clear_colour, clear_depth, centres):
+    """Clear the marked tiles, and begin the sums with the colours at the centres."""
+    mask, sums = tiles.mask, tiles.sums
+    for row in range(region.rows):
+        for tile in range(mask.shape[1]):
+            if mask[row // TILE, tile]:
+                first = np.uint64(row * region.stride + tile * TILE)
                 for i in range(first, first + np.uint64(TILE)):
-                    tiles.words[i] = clear_colour
-                    tiles.depths[i] = clear_depth
+                    tiles.colour[i] = clear_colour
+                    tiles.depth[i] = clear_depth
                     sums[0, i] = centres[i] & np.uint32(0xff00ff)
                     sums[1, i] = centres[i] >> np.uint32(8) & np.uint32(0xff)
 
 
 @kernel
-def add_sample(tiles, area, clear_colour, clear_depth):
-    """Add a sample's colours to the sums and empty its tiles for the next."""
-    marks, words, sums = tiles.marks, tiles.words, tiles.sums
-    for row in range(area.rows):
-        for tile in range(marks.shape[1]):
-            if marks[row // TILE, tile]:
-                first = np.uint64(row * area.stride + tile * TILE)
+def add_sample(tiles, region, clear_colour, clear_depth):
+    """Add a sample's colours to the sums, and clear its tiles for the next one."""
+    mask, colour, sums = tiles.mask, tiles.colour, tiles.sums
+    for row in range(region.rows):
+        for tile in range(mask.shape[1]):
+            if mask[row // TILE, tile]:
+                first = np.uint64(row * region.stride + tile * TILE)
                 for i in range(first, first + np.uint64(TILE)):
-                    sums[0, i] += words[i] & np.uint32(0xff00ff)
-                    sums[1, i] += words[i] >> np.uint32(8) & np.uint32(0xff)
-                    words[i] = clear_colour
-                    tiles.depths[i] = clear_depth
+                    sums[0, i] += colour[i] & np.uint32(0xff00ff)
+                    sums[1, i] += colour[i] >> np.uint32(8) & np.uint32(0xff)
+                    colour[i] = clear_colour
+                    tiles.depth[i] = clear_depth
 
 
 @kernel
-def average(tiles, area, samples, words):
+def average(tiles, region, samples, colour):
     """Write the sums of `samples` samples, averaged and rounded, as colours."""
-    marks, sums, half = tiles.marks, tiles.sums, np.uint32(samples // 2)
-    for row in range(area.rows):
-        for tile in range(marks.shape[1]):
-            if marks[row // TILE, tile]:
-                first = np.uint64(row * area.stride + tile * TILE)
+    mask, sums, half = tiles.mask, tiles.sums, np.uint32(samples // 2)
+    for row in range(region.rows):
+        for tile in range(mask.shape[1]):
+            if mask[row // TILE, tile]:
+                first = np.uint64(row * region.stride + tile * TILE)
                 for i in range(first, first + np.uint64(TILE)):
                     red = ((sums[0, i] & np.uint32(0xffff)) + half) // np.uint32(samples)
                     green = (sums[1, i] + half) // np.uint32(samples)
                     blue = ((sums[0, i] >> np.uint32(16)) + half) // np.uint32(samples)
-                    words[i] = red | green << np.uint32(8) | blue << np.uint32(16)
+                    colour[i] = red | green << np.uint32(8) | blue << np.uint32(16)
 
 
 @kernel
 def _differs(one, other):
-    """Return a word that is not 0 where two colours differ by more than CONTRAST in a channel."""
+    """Return what is not 0 where two colours differ by more than CONTRAST in a channel."""
     found = np.uint32(0)
     for bits in (np.uint32(0), np.uint32(8), np.uint32(16)):
         p = one >> bits & np.uint32(0xff)

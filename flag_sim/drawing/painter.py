@@ -18,11 +18,12 @@ from flag_sim.jit.kernels import kernel
 import numpy as np
 
 
-def far_to_near(triangles, view):
+def far_to_near(triangles: np.ndarray, view: np.ndarray) -> np.ndarray:
     """
     Order triangles (m, 3) by the depth of their centres, the farthest first: (m,) int32.
 
-    view: (n, 3) X, Y, depth of the vertices. Triangles of the same depth keep their order.
+    view: (n, 3), of which [:, 2] is the vertices' depth [m]. Triangles of the same depth keep
+    their order.
     """
     depths = np.empty(len(triangles))
     _sums_of_depths(triangles, view, depths)

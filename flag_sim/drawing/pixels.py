@@ -12,31 +12,48 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Pixels side by side, and how their values are held and packed."""
+"""Pixels in a row: vectors of them, regions of a buffer, and how a colour is packed."""
+from typing import NamedTuple
+
 from flag_sim.jit.kernels import inner_kernel
 
 import numpy as np
 
-# Pixels in a vector of 256 bits, and the mask that rounds down to whole vectors.
+# Pixels in a vector of 256 bits, and the mask that rounds a number down to whole vectors.
 LANES = 8
-WHOLE = np.uint64(2 ** 64 - LANES)
+WHOLE_VECTORS = np.uint64(2 ** 64 - LANES)
+
+
+class Region(NamedTuple):
+    """
+    Pixels of a band: columns left .. right - 1 of `rows` rows from row `first` of its buffers on.
+
+    Buffers have `stride` pixels a row; their row 0 is row `top` of the image.
+    """
+
+    top: int
+    first: int
+    rows: int
+    left: int
+    right: int
+    stride: int
 
 
 @inner_kernel
-def hold(value, least, most):
+def clamp(value, least, most):
     """
-    Return what lies nearest to `value` from `least` to `most`.
+    Return `value`, or `least` or `most` if it lies beyond them.
 
-    Within a triangle no value leaves the range of its corners but by rounding; where it is so
-    thin that it changes by thousands from pixel to pixel, that rounding is as large as it.
+    Within a triangle no value leaves the range of its corners but by rounding; where the triangle
+    is so thin that the value changes by thousands from pixel to pixel, rounding is as large.
     """
     return min(max(value, least), most)
 
 
 @inner_kernel
-def pack(r, g, b):
-    """Round colours within 0..255 to whole levels and put them in one word, red lowest."""
-    return _level(r) | (_level(g) << np.uint32(8)) | (_level(b) << np.uint32(16))
+def pack_rgb(red, green, blue):
+    """Round channels within 0..255 to whole levels and pack them in a uint32, red lowest."""
+    return _level(red) | (_level(green) << np.uint32(8)) | (_level(blue) << np.uint32(16))
 
 
 @inner_kernel

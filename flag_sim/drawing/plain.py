@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-One triangle of a picture in plain numpy, to be read beside the kernels, which do no more.
+One triangle of a picture in plain numpy, to be read before the kernels, which compute the same.
 
 A triangle has vertices i = a, b, c on the screen at (u_i, v_i) [pixel], u to the right and v down,
 at depth z_i. Its edge functions (Pineda, 1988) are twice the areas that a point p makes with two

@@ -51,20 +51,33 @@ def switches(record, names) -> None:
         object.__setattr__(record, name, checks.boolean(name, getattr(record, name)))
 
 
-def points(name: str, value, shape: tuple) -> np.ndarray:
+def numbers(name: str, value) -> np.ndarray:
     """
-    Return an array of real numbers of a shape, in which None stands for any length.
+    Return value as an array of real numbers, some of which may be nan or infinite.
 
-    Numbers may be missing (nan) or infinite. Raises ValueError for other shapes and types.
+    Raises ValueError for other types, and for lists of unequal length.
     """
-    array = np.asarray(value)
+    try:
+        array = np.asarray(value)
+    except ValueError:
+        raise ValueError(f'{name} must be an array of real numbers, not {value!r}') from None
     if array.dtype.kind not in 'fiu':
         checks.require(False, name, 'an array of real numbers',
                        value if array.dtype.kind == 'O' else array.dtype.name)
+    return array
+
+
+def points(name: str, value, shape: tuple) -> np.ndarray:
+    """
+    Return value as an array of real numbers of a shape, in which None stands for any length.
+
+    Raises ValueError for other shapes and types (see numbers).
+    """
+    array = numbers(name, value)
     is_fit = len(array.shape) == len(shape)
     for want, have in zip(shape, array.shape):
         is_fit &= want is None or want == have
     if not is_fit:
-        words = str(shape).replace('None', 'any')
-        checks.require(False, name, f'of shape {words}', array.shape)
+        shown = str(shape).replace('None', 'any')
+        checks.require(False, name, f'of shape {shown}', array.shape)
     return array

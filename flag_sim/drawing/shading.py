@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Light and matter: intensities at vertices, for Gouraud's shading (1.12 to 1.14)."""
+"""Shading: the colours of vertices under a light, for Gouraud's interpolation (1.13, 1.14)."""
 import dataclasses
 import math
 from typing import NamedTuple
@@ -48,15 +48,15 @@ class Light:
         checks.fields(self, ['intensity', 'ambient'], low=0.0)
 
     @property
-    def direction(self):
+    def direction(self) -> tuple:
         """Return the unit vector towards the sun: (x, y, z)."""
         across = math.cos(self.elevation)
         return (across * math.cos(self.azimuth), across * math.sin(self.azimuth),
                 math.sin(self.elevation))
 
     @property
-    def is_up(self):
-        """Whether the sun stands above the ground or on its rim."""
+    def is_up(self) -> bool:
+        """Whether the sun stands above the horizon or on it."""
         return math.sin(self.elevation) >= 0.0
 
 
@@ -85,24 +85,25 @@ class Surface:
         checks.fields(self, ['diffuse', 'specular', 'shininess', 'transmission'], low=0.0)
 
 
-class Lamp(NamedTuple):
+class Lighting(NamedTuple):
     """
-    Light on one surface.
+    A light on one surface, for the kernels.
 
-    toward: (3,) unit vector to the sun; of a surface of colour 1: ambient, what the sun adds where
-    it stands in the normal's direction, what shines through, and what is mirrored, with which
-    exponent.
+    sun: (3,) unit vector towards the sun; of a surface of colour 1: ambient, and what the sun
+    adds where it stands in the direction of the normal: diffuse, transmitted to the other side,
+    and specular [level] with its exponent shininess.
     """
 
-    toward: tuple
+    sun: tuple
     ambient: float
-    sunlight: float
+    diffuse: float
     transmitted: float
-    mirrored: float
+    specular: float
     shininess: float
 
 
-def shade(points, normals, viewpoint, surface, light, colours):
+def shade(points: np.ndarray, normals: np.ndarray, viewpoint: np.ndarray, surface: Surface,
+          light: Light, colours: np.ndarray) -> None:
     """
     Light both sides of a surface with normals (n, 3), of any length, at points (n, 3) [m].
 
@@ -114,18 +115,19 @@ def shade(points, normals, viewpoint, surface, light, colours):
     the surface is specular.
     """
     sun = light.intensity if light.is_up else 0.0
-    lamp = Lamp(light.direction, light.ambient, sun * surface.diffuse, sun * surface.transmission,
-                255.0 * sun * surface.specular, surface.shininess)
-    _add_diffuse(normals, lamp, surface.color, colours)
-    if lamp.mirrored > 0.0:
-        _add_specular(points, normals, viewpoint, lamp, colours)
+    lighting = Lighting(light.direction, light.ambient, sun * surface.diffuse,
+                        sun * surface.transmission, 255.0 * sun * surface.specular,
+                        surface.shininess)
+    _shade_diffuse(normals, lighting, surface.color, colours)
+    if lighting.specular > 0.0:
+        _add_specular(points, normals, viewpoint, lighting, colours)
 
 
 @kernel
-def _add_diffuse(normals, lamp, color, colours):
-    """Colour = matter (ambient + sunlight max(0, +-n . l) + transmitted max(0, -+n . l))."""
-    lx, ly, lz = lamp.toward
-    ambient, sunlight, transmitted = lamp.ambient, lamp.sunlight, lamp.transmitted
+def _shade_diffuse(normals, lighting, color, colours):
+    """Write color (ambient + diffuse max(0, +-n . l) + transmitted max(0, -+n . l))."""
+    lx, ly, lz = lighting.sun
+    ambient, diffuse, transmitted = lighting.ambient, lighting.diffuse, lighting.transmitted
     red, green, blue = color
     # Places that are constants apart let LLVM vectorise the loop.
     flat, out = normals.reshape(-1), colours.reshape(-1)
@@ -136,20 +138,20 @@ def _add_diffuse(normals, lamp, color, colours):
         is_known = (0.0 < length) & (length < math.inf)
         cosine = (nx * lx + ny * ly + nz * lz) / length if is_known else 0.0
         toward, away = max(cosine, 0.0), max(-cosine, 0.0)
-        level = ambient + sunlight * toward + transmitted * away
+        level = ambient + diffuse * toward + transmitted * away
         out[q] = min(red * level, 255.0)
         out[q + np.uint64(1)] = min(green * level, 255.0)
         out[q + np.uint64(2)] = min(blue * level, 255.0)
-        level = ambient + sunlight * away + transmitted * toward
+        level = ambient + diffuse * away + transmitted * toward
         out[q + np.uint64(3)] = min(red * level, 255.0)
         out[q + np.uint64(4)] = min(green * level, 255.0)
         out[q + np.uint64(5)] = min(blue * level, 255.0)
 
 
 @kernel
-def _add_specular(points, normals, viewpoint, lamp, colours):
-    """Add mirrored (n . h)^shininess, h halfway between sun and eye, on the sunny side."""
-    lx, ly, lz = lamp.toward
+def _add_specular(points, normals, viewpoint, lighting, colours):
+    """Add specular (n . h)^shininess, h halfway between sun and eye, on the side of the sun."""
+    lx, ly, lz = lighting.sun
     for i in range(normals.shape[0]):
         nx, ny, nz = normals[i, 0], normals[i, 1], normals[i, 2]
         ex = viewpoint[0] - viewpoint[3] * points[i, 0]
@@ -165,6 +167,6 @@ def _add_specular(points, normals, viewpoint, lamp, colours):
         cosine = abs(nx * hx + ny * hy + nz * hz) / lengths
         # The eye must be on the same side as the sun.
         if toward_sun * (nx * ex + ny * ey + nz * ez) > 0.0:
-            shine = lamp.mirrored * min(cosine, 1.0) ** lamp.shininess
+            highlight = lighting.specular * min(cosine, 1.0) ** lighting.shininess
             for channel in range(3):
-                colours[i, side, channel] = min(colours[i, side, channel] + shine, 255.0)
+                colours[i, side, channel] = min(colours[i, side, channel] + highlight, 255.0)

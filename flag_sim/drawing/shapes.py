@@ -39,9 +39,9 @@ MOST_SEGMENTS = 256
 
 
 @dataclasses.dataclass(frozen=True)
-class Scene:
+class Dimensions:
     """
-    Measures [m] of what stands still, and whether it is seen.
+    Dimensions [m] of the pole and the platform, and whether they are seen.
 
     The pole is a cylinder of pole_height with a dome on top, a half sphere whose RADIUS is the
     cylinder's DIAMETER, closed below by a flat ring. The platform is a square box of
@@ -65,7 +65,7 @@ class Scene:
         checks.require(self.platform_side > self.pole_diameter, 'platform_side',
                        f'greater than pole_diameter {self.pole_diameter}', self.platform_side)
 
-    def segments(self, camera):
+    def segments(self, camera) -> int:
         """
         Return in how many chords to cut a circle for `camera`: a multiple of four.
 
@@ -99,9 +99,10 @@ def box_mesh(low, high) -> Mesh:
 
 
 @functools.lru_cache(maxsize=8)
-def pole_mesh(scene, segments):
+def pole_mesh(dimensions: Dimensions, segments: int) -> Mesh:
     """Build the pole with round parts of `segments` chords, a multiple of four."""
-    radius, dome, height = 0.5 * scene.pole_diameter, scene.pole_diameter, scene.pole_height
+    radius, dome = 0.5 * dimensions.pole_diameter, dimensions.pole_diameter
+    height = dimensions.pole_height
     angles = np.linspace(0.0, 0.5 * math.pi, segments // 4 + 1)
     # Each strip runs upwards or outwards: radii, heights, normals' parts outwards and upwards.
     return _revolve(segments, [
@@ -112,10 +113,10 @@ def pole_mesh(scene, segments):
 
 
 @functools.lru_cache(maxsize=8)
-def platform_mesh(scene, segments):
+def platform_mesh(dimensions: Dimensions, segments: int) -> Mesh:
     """Build the platform with a hole of `segments` chords, a multiple of four."""
-    radius, half, height = 0.5 * scene.pole_diameter, 0.5 * scene.platform_side, \
-        scene.platform_height
+    radius, half = 0.5 * dimensions.pole_diameter, 0.5 * dimensions.platform_side
+    height = dimensions.platform_height
     wall = _revolve(segments, [([radius, radius], [height, 0.0], [-1.0, -1.0], [0.0, 0.0])])
     square = half * np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
     outline = np.vstack([square, radius * _circle(segments)])

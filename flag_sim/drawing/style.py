@@ -76,7 +76,7 @@ class Style:
         checks.choice('hidden_surface', self.hidden_surface, HIDDEN_SURFACES)
 
     @property
-    def clear_colour(self):
-        """Return the background as the rasterizer packs it: red lowest."""
+    def clear_colour(self) -> np.uint32:
+        """Return the background as the rasterizer packs it (see pack_rgb): red lowest."""
         red, green, blue = (int(channel + 0.5) for channel in self.background)
         return np.uint32(red | green << 8 | blue << 16)

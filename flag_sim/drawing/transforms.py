@@ -15,53 +15,61 @@
 """
 Affine maps as 4x4 matrices for column vectors: the source's equations 2.1 to 2.5.
 
-Its words for them: shift, scale about a point, turn about the axes.
+The source calls them shift, scaling about a point, and turns about the axes.
 
 Maps compose by ``@``, the one applied first standing rightmost: ``rotate_z(a) @ translate(d)``
 moves, then turns. Angles are in radians and turn right-handed: seen against the axis,
-counterclockwise.
+counterclockwise. All functions raise ValueError for other
+shapes and types.
 """
 import math
+
+from flag_sim.drawing import ranges
+from flag_sim.parameters import checks
 
 import numpy as np
 
 ORIGIN = (0.0, 0.0, 0.0)
 
 
-def translate(offset):
-    """Shift by `offset` (3,) [m] (2.1)."""
+def translate(offset) -> np.ndarray:
+    """Return the map that shifts by `offset` (3,) [m]: (4, 4) (2.1)."""
     matrix = np.eye(4)
-    matrix[:3, 3] = offset
+    matrix[:3, 3] = ranges.points('offset', offset, (3,))
     return matrix
 
 
-def scale(factors, centre=ORIGIN):
-    """Stretch by `factors` (3,), one an axis, about the point `centre` (3,) [m] (2.2)."""
-    return _about(centre, np.diag([*factors, 1.0]))
+def scale(factors, centre=ORIGIN) -> np.ndarray:
+    """Return the map that scales by `factors` (3,) along the axes about `centre` (3,) [m] (2.2)."""
+    return _about(centre, np.diag([*ranges.points('factors', factors, (3,)), 1.0]))
 
 
-def rotate_x(angle, centre=ORIGIN):
-    """Turn by `angle` [rad] about the line along X through `centre` (3,) [m] (2.3)."""
+def rotate_x(angle: float, centre=ORIGIN) -> np.ndarray:
+    """Return the turn by `angle` [rad] about the line along X through `centre` (3,) [m] (2.3)."""
     return _about(centre, _rotate(angle, 1, 2))
 
 
-def rotate_y(angle, centre=ORIGIN):
-    """Turn by `angle` [rad] about the line along Y through `centre` (3,) [m] (2.4)."""
+def rotate_y(angle: float, centre=ORIGIN) -> np.ndarray:
+    """Return the turn by `angle` [rad] about the line along Y through `centre` (3,) [m] (2.4)."""
     return _about(centre, _rotate(angle, 2, 0))
 
 
-def rotate_z(angle, centre=ORIGIN):
-    """Turn by `angle` [rad] about the line along Z through `centre` (3,) [m] (2.5)."""
+def rotate_z(angle: float, centre=ORIGIN) -> np.ndarray:
+    """Return the turn by `angle` [rad] about the line along Z through `centre` (3,) [m] (2.5)."""
     return _about(centre, _rotate(angle, 0, 1))
 
 
-def apply(matrix, points):
+def apply(matrix, points) -> np.ndarray:
     """Map `points` (..., 3) [m] by the affine `matrix` (4, 4); the shape is kept."""
-    return np.asarray(points) @ matrix[:3, :3].T + matrix[:3, 3]
+    matrix, points = checks.array('matrix', matrix, (4, 4)), ranges.numbers('points', points)
+    checks.require(points.ndim > 0 and points.shape[-1] == 3, 'points', 'of shape (..., 3)',
+                   points.shape)
+    return points @ matrix[:3, :3].T + matrix[:3, 3]
 
 
 def _rotate(angle, first, second):
     """Turn the axis numbered `first` towards the axis numbered `second`."""
+    angle = checks.finite('angle', angle)
     matrix = np.eye(4)
     matrix[first, first] = matrix[second, second] = math.cos(angle)
     matrix[second, first] = math.sin(angle)
@@ -70,5 +78,6 @@ def _rotate(angle, first, second):
 
 
 def _about(centre, matrix):
-    """Apply `matrix` with `centre` in the part of the origin."""
+    """Apply `matrix` with `centre` in place of the origin."""
+    centre = ranges.points('centre', centre, (3,))
     return translate(centre) @ matrix @ translate(np.negative(centre))

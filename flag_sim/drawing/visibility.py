@@ -13,102 +13,102 @@
 # limitations under the License.
 
 """
-Visibility: which triangle each pixel sees, and how deep it is.
+Visibility: which triangle each pixel sees, and where in the triangle (Burns and Hunt, 2013).
 
-Hidden surfaces are removed by a Z-buffer of float32 in reversed Z, where greater is nearer,
-cleared to 0 in perspective and to -inf in orthographic projection. In painter's algorithm later
-triangles cover earlier ones instead. Red, green and blue go with the depth, span by span, and
-pixels keep which triangle they see where other attributes are asked for (see attributes): to
-resolve the colours from triangles, too, took 1.2 to 1.5 times as long for the whole frame, for
-hardly a pixel of a flag is hidden, and its colour is three sums.
+While triangles are drawn, a pixel only stores the ID of the primitive that it sees; when the band
+is done, that is resolved to the scene's triangle and barycentric weights. From these any
+attribute can be interpolated (see attributes) without another look at the rasterizer, as with
+nvdiffrast's rasterize and interpolate (Laine et al., 2020).
+
+A primitive is a triangle as it is drawn: one of the scene's, or one of those in which clipping
+leaves it.
 """
 from typing import NamedTuple
 
-from flag_sim.drawing.attributes import Slots
-from flag_sim.drawing.batched import BATCH
-from flag_sim.drawing.blocks import draw_batch
-from flag_sim.drawing.clipping import INSIDE, MOST_CORNERS
-from flag_sim.drawing.culling import LARGE
-from flag_sim.drawing.large import cut_out, draw_large
-from flag_sim.drawing.outline import draw_outline
-from flag_sim.jit.kernels import kernel
+from flag_sim.jit.kernels import inner_kernel, kernel
 
 import numpy as np
 
-
-class Colours(NamedTuple):
-    """Colours 0..255 of both sides: values (n, 2, 3) at vertices, or of triangles if is_flat."""
-
-    values: np.ndarray
-    is_flat: bool
+# The ID that pixels hold where nothing is drawn.
+NO_PRIMITIVE = np.uint32(0)
 
 
-class Pass(NamedTuple):
+class Visibility(NamedTuple):
     """
-    How triangles are drawn.
+    What each pixel's centre sees.
 
-    shift_u, shift_v: where in the pixel its sample lies, from the centre (int32) [subpixel];
-    ceiling: what is there counts as no nearer than this float32 in reversed Z: inf, or -inf for
-    the painter, whose triangles cover whatever is there; is_outlined: draw their edges, too;
-    is_perspective_correct: how colours are interpolated, else linearly on the screen.
+    triangles: (height, width) int32, indices of the scene's triangles, in the order of its
+    objects, -1 where nothing is; is_back: (height, width) bool, whether their backs are seen;
+    weights: (height, width, 2) float32, barycentric weights in space of the second and the third
+    vertex, none below 0, both together at most 1; corners: (m, 3) int32, the triangles' vertices;
+    depths: (n,) of the vertices along the optical axis [m].
     """
 
-    shift_u: int
-    shift_v: int
-    ceiling: float
-    is_outlined: bool
-    is_perspective_correct: bool
-
-
-class Target(NamedTuple):
-    """
-    What is drawn into: rows top .. end - 1 of an image, `width` pixels wide.
-
-    words: colours, red lowest, uint32, depths: reversed Z float32, and numbers: of slots uint32,
-    of size 0 if they are not wanted; flat, `stride` pixels a row, a multiple of LANES; slots: see
-    attributes.
-    """
-
-    words: np.ndarray
+    triangles: np.ndarray
+    is_back: np.ndarray
+    weights: np.ndarray
+    corners: np.ndarray
     depths: np.ndarray
-    numbers: np.ndarray
-    slots: Slots
-    top: int
-    end: int
-    width: int
-    stride: int
+
+
+class Primitives(NamedTuple):
+    """
+    The primitives of a band by their IDs; of size 0 if nobody wants to know.
+
+    faces: (n,) int32, twice the triangle's index, one more if its back is seen; planes: (n, 6):
+    the weights of its second and third vertex, times reversed Z in perspective: each at column 0
+    and row 0 of the image, and its changes a column and a row.
+    """
+
+    faces: np.ndarray
+    planes: np.ndarray
+
+
+def new_primitives(count: int) -> Primitives:
+    """Make the arrays for so many primitives."""
+    return Primitives(np.empty(count, np.int32), np.empty((count, 6)))
+
+
+@inner_kernel
+def store_primitive(primitives, primitive_id, face, weight_b, weight_c, origin):
+    """
+    Write a primitive.
+
+    weight_b, weight_c: a weight's value at the column and row `origin`, and its changes a column
+    and a row.
+    """
+    u, v = origin
+    primitives.faces[primitive_id] = face
+    planes = primitives.planes
+    planes[primitive_id, 0] = weight_b[0] - weight_b[1] * u - weight_b[2] * v
+    planes[primitive_id, 1], planes[primitive_id, 2] = weight_b[1], weight_b[2]
+    planes[primitive_id, 3] = weight_c[0] - weight_c[1] * u - weight_c[2] * v
+    planes[primitive_id, 4], planes[primitive_id, 5] = weight_c[1], weight_c[2]
 
 
 @kernel
-def rasterize(geometry, colours, numbers, how, target, batch, polygon):
+def write_visibility(primitive_ids, depth, region, is_perspective, primitives, images):
     """
-    Draw the triangles with `numbers`, none of which may have an INVALID vertex.
+    Resolve what the pixels of a Region see.
 
-    batch, polygon: for the work in between. Slots are taken from 1 on (see slots_for).
+    primitive_ids, depth: a band's buffers; images: triangles, is_back and weights of a
+    Visibility.
     """
-    sizes, count = geometry.sizes, np.uint64(numbers.size)
-    slot, k = np.int64(1), np.uint64(0)
-    while k < count:
-        first, size = k, sizes[numbers[k]]
-        if size != LARGE and not how.is_outlined:
-            while k < count and k - first < BATCH and sizes[numbers[k]] == size:
-                k += np.uint64(1)
-            slot = draw_batch(geometry, colours, numbers[np.int64(first):np.int64(k)], how, slot,
-                              target, batch)
-            continue
-        triangle = np.int64(numbers[k])
-        k += np.uint64(1)
-        corners, side = cut_out(geometry, colours, triangle, how, polygon)
-        face = 2 * triangle + side
-        for corner in range(2, corners):
-            if draw_large(polygon, corner, face, how, slot, target):
-                slot += 1
-        if how.is_outlined and corners > 0:
-            draw_outline(polygon, corners, how, slot - 1, target)
-
-
-def slots_for(geometry) -> int:
-    """Return how many slots a Geometry's triangles take at most, some of which are clipped."""
-    states = geometry.vertices.outcodes[geometry.triangles]
-    clipped = np.count_nonzero((states != INSIDE).any(axis=1))
-    return 1 + len(geometry.triangles) + (MOST_CORNERS - 3) * clipped
+    triangles, is_back, weights = images
+    faces, planes = primitives
+    for row in range(region.first, region.first + region.rows):
+        v = region.top + row
+        for u in range(region.left, region.right):
+            p = primitive_ids[row * region.stride + u]
+            if p == NO_PRIMITIVE:
+                triangles[v, u] = -1
+                is_back[v, u] = False
+                weights[v, u, 0] = weights[v, u, 1] = 0.0
+                continue
+            triangles[v, u], is_back[v, u] = faces[p] >> 1, (faces[p] & 1) == 1
+            divisor = float(depth[row * region.stride + u]) if is_perspective else 1.0
+            weight_b = (planes[p, 0] + planes[p, 1] * u + planes[p, 2] * v) / divisor
+            weight_c = (planes[p, 3] + planes[p, 4] * u + planes[p, 5] * v) / divisor
+            weight_b = min(max(weight_b, 0.0), 1.0)
+            weights[v, u, 0] = weight_b
+            weights[v, u, 1] = min(max(weight_c, 0.0), 1.0 - weight_b)

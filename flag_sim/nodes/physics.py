@@ -21,16 +21,16 @@ from flag_sim.cloth import energy
 from flag_sim.cloth.mesh import Mesh
 from flag_sim.cloth.simulation import Cloth, Diverged, MAX_WIND
 from flag_sim.cloth.strain import greatest_strain
-from flag_sim.declarations.catalogue import PHYSICS, SCENE
 from flag_sim.declarations.making import (
     air_of, cloth_of, hang_of, material_of, pole_of, stepping_of)
+from flag_sim.declarations.nodes import PHYSICS, SCENE
 from flag_sim.jit.kernels import compilations
 from flag_sim.parameters import checks
 from flag_sim.ros import messages
 from flag_sim.ros.compiling import compiling
 from flag_sim.ros.diagnostics import ERROR, WARN
-from flag_sim.ros.frame_node import FrameServer
-from flag_sim.ros.hysteresis import Lasting
+from flag_sim.ros.frame_node import FrameNode
+from flag_sim.ros.hysteresis import Hysteresis
 from flag_sim.ros.lifecycle import run
 from flag_sim.ros.throttled_log import WARN_EVERY
 from flag_sim.ros.topics import publish
@@ -46,7 +46,7 @@ def kernels_of(values):
     return f'solver {values["solver"]} in {values["precision"]}'
 
 
-class Physics(FrameServer):
+class Physics(FrameNode):
     """
     Publishes `vertices` for every frame that `parameters` announces.
 
@@ -63,8 +63,8 @@ class Physics(FrameServer):
         self._time = None  # stamp that the cloth stands at [ns]; None: before any frame
         self._is_new = True  # whether the cloth was just laid out, and has not moved since
         self._plan = None  # how the last frame was divided into steps
-        self._refined = Lasting(CALM)
-        self._softened = Lasting(CALM)
+        self._refined = Hysteresis(CALM)
+        self._softened = Hysteresis(CALM)
         self._held = 0  # nodes that stretch_limit held back in the last frame
         self._diverged = ''  # why the last frame could not be simulated
         self._busy = 0.0, ''  # how long the last frame took [s]; what was compiled or loaded then
@@ -105,38 +105,38 @@ class Physics(FrameServer):
         """Refuse a wind that the cloth does not take."""
         checks.vector('wind', wind, MAX_WIND)
 
-    def restart(self, tag):
+    def restart(self, frame):
         """Lay the cloth out again."""
-        del tag
+        del frame
         self._cloth.reset()
         self._is_new = True
         self._time = None
         self._diverged = ''
 
-    def work(self, tag, wind, values):
+    def work(self, frame, wind, values):
         """Return the frame's PointCloud2."""
         begin = time.monotonic()
         kernels, before = kernels_of(self._applied), compilations()
-        if self._time is None and tag.take is not None and tag.index > 0:
+        if self._time is None and frame.take is not None and frame.index > 0:
             state = 'from its preroll' if values['preroll'] > 0.0 else 'at rest'
-            self.get_logger().warning(f'joined the take at frame {tag.index}: the cloth begins '
+            self.get_logger().warning(f'joined the take at frame {frame.index}: the cloth begins '
                                       f'{state} there; reset for a whole take',
                                       throttle_duration_sec=WARN_EVERY)
-        if self._time is not None and tag.stamp < self._time:
-            self.restart(tag)
+        if self._time is not None and frame.stamp < self._time:
+            self.restart(frame)
         if values != self._applied:
             self._configure(values)
         if self._is_new:
             self._roll(values['preroll'], wind)
         if self._time is not None:
-            self._advance((tag.stamp - self._time) * 1e-9, wind)
-        self._time = tag.stamp
+            self._advance((frame.stamp - self._time) * 1e-9, wind)
+        self._time = frame.stamp
         prepared = ''
         if kernels_of(values) != kernels:
             doing = 'compiling' if compilations() > before else 'loading'
             prepared = f'{doing} {kernels_of(values)}'
         self._busy = time.monotonic() - begin, prepared
-        return messages.cloud_message(tag.stamp, self._cloth.positions, self._cloth.normals())
+        return messages.cloud_message(frame.stamp, self._cloth.positions, self._cloth.normals())
 
     def _configure(self, values):
         """Bring the cloth to this frame's values; only another size starts it anew."""

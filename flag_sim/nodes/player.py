@@ -16,13 +16,13 @@
 import sys
 import time
 
-from flag_sim.declarations.catalogue import PLAYER
-from flag_sim.protocol.frames import Tag
+from flag_sim.declarations.nodes import PLAYER
+from flag_sim.protocol.frames import FrameId
 from flag_sim.ros.bag import RecordedTopics
 from flag_sim.ros.delivery import check_delivery, Delivery
 from flag_sim.ros.lifecycle import run
 from flag_sim.ros.messages import owed_alone
-from flag_sim.ros.parameter_node import BadParameter, DialNode
+from flag_sim.ros.parameter_node import BadParameter, ParameterNode
 from flag_sim.ros.recorded_frames import recorded_frames
 from flag_sim.ros.throttled_log import Refusals
 from flag_sim.ros.topics import publish
@@ -32,7 +32,7 @@ LOOK_AGAIN = 0.05  # how often lockstep looks for what is overdue [s]
 SOURCES = ('parameters', 'vertices')
 
 
-class Player(DialNode):
+class Player(ParameterNode):
     """
     Publishes the serialised messages of a bag as they are, in the bag's order.
 
@@ -54,7 +54,7 @@ class Player(DialNode):
         self._status = 0
         self._next = self._read()
         self._start = None  # (steady time [s], time in the bag [ns]) of the first message
-        self._flight = Delivery(self, self._send_again, self._on_done)
+        self._delivery = Delivery(self, self._send_again, self._on_done)
         self._timer = None
         self._arm(0.0)
         self.get_logger().info(f'playing {", ".join(self._out)} of {self.values["path"]}, '
@@ -100,13 +100,13 @@ class Player(DialNode):
     def _on_timer(self):
         now = time.monotonic()
         if self.values['pace'] == 'lockstep':
-            self._flight.resend(now)
+            self._delivery.resend(now)
             self._give_up(now)
             self._send_frame(now)
             self._arm(LOOK_AGAIN)
         else:
             self._send_due(now)
-        if self._next is None and not len(self._flight) and not self.ended.done():
+        if self._next is None and not len(self._delivery) and not self.ended.done():
             self.get_logger().info('the bag is over')
             self.ended.set_result(self._status)
 
@@ -127,16 +127,16 @@ class Player(DialNode):
 
     def _send_frame(self, now):
         """Send all messages of the next frame, if none is in flight."""
-        if self._next is None or len(self._flight):
+        if self._next is None or len(self._delivery):
             return
-        frame, self._next = self._next, self._read()
-        for name, data in frame.messages:
+        recorded, self._next = self._next, self._read()
+        for name, data in recorded.messages:
             self._send(name, data)
-        if frame.trouble:
-            self.get_logger().warning(frame.trouble)
-        if frame.stamp is not None:
-            tag = Tag(frame.stamp, None, frame.stamp, frame.stamp)
-            self._flight.send(tag, frame, self.values['wait_for'], now)
+        if recorded.trouble:
+            self.get_logger().warning(recorded.trouble)
+        if recorded.stamp is not None:
+            frame = FrameId(recorded.stamp, None, recorded.stamp, recorded.stamp)
+            self._delivery.send(frame, recorded, self.values['wait_for'], now)
 
     def _send(self, name, data):
         with self._stopwatch.share('publish'):
@@ -150,12 +150,12 @@ class Player(DialNode):
 
     def _give_up(self, now):
         """Wait no longer for a frame that nobody can serve, as the bag lacks a part of it."""
-        sent = self._flight.oldest
+        sent = self._delivery.oldest
         if sent is None or not sent.message.lost or (
                 now - sent.first_time <= self.values['resend_after']):
             return
-        self._flight.give_up()
-        reason = (f'the frame at {sent.tag.stamp / 1e9:.3f} s is not waited for any longer: the '
+        self._delivery.give_up()
+        reason = (f'the frame at {sent.frame.stamp / 1e9:.3f} s is not waited for any longer: the '
                   f'bag lacks its {", ".join(sorted(sent.message.lost))}')
         if self._refusals.is_worth_saying(reason, now):
             self.get_logger().warning(reason)

@@ -18,12 +18,12 @@ import datetime
 import sys
 import time
 
-from flag_sim.declarations.catalogue import RECORDER
+from flag_sim.declarations.nodes import RECORDER
 from flag_sim.protocol.frames import Arrival, FrameOrder
 from flag_sim.ros import messages
 from flag_sim.ros.bag import Bag
 from flag_sim.ros.lifecycle import run
-from flag_sim.ros.parameter_node import BadParameter, DialNode
+from flag_sim.ros.parameter_node import BadParameter, ParameterNode
 from flag_sim.ros.throttled_log import Refusals, Waiting
 from flag_sim.ros.topics import publish, publishers, subscribe, TOPICS
 from rcl_interfaces.msg import ParameterEvent
@@ -49,7 +49,7 @@ def check_single(names):
         raise BadParameter(f'topics: each is named once, but {doubles[0]!r} more often')
 
 
-class Recorder(DialNode):
+class Recorder(ParameterNode):
     """
     Writes every message once, at its own stamp, and says on `frame_done` which frames are safe.
 
@@ -125,14 +125,14 @@ class Recorder(DialNode):
         except RuntimeError:  # of the middleware; it names a line in its source
             raise ValueError(f'its {len(data)} bytes are no ParameterEvent') from None
         try:
-            tag, _, _ = messages.read_parameters(message)
+            frame, _, _ = messages.read_parameters(message)
         except ValueError:
             return [data]  # physics refuses it and says so; here it is only recorded
-        if tag.take is None:
+        if frame.take is None:
             return [data]
         held, self._held = self._held, None
-        arrival = self._order.arrive(tag, bytes(info['publisher_gid']['data']))
-        first = min(self._order.waiting.values(), default=tag)
+        arrival = self._order.arrive(frame, bytes(info['publisher_gid']['data']))
+        first = min(self._order.waiting.values(), default=frame)
         is_round = arrival is Arrival.RESTART and len(self._order.waiting) > 1
         self._copies += held is not None and not is_round
         if arrival is Arrival.STALE:

@@ -16,13 +16,13 @@
 import sys
 import time
 
-from flag_sim.declarations.catalogue import RENDERER, SCENE
 from flag_sim.declarations.making import look_of
+from flag_sim.declarations.nodes import RENDERER, SCENE
 from flag_sim.drawing import Picture
-from flag_sim.protocol.frames import Tag
+from flag_sim.protocol.frames import FrameId
 from flag_sim.ros import messages
 from flag_sim.ros.compiling import compiling
-from flag_sim.ros.frame_node import FrameServer
+from flag_sim.ros.frame_node import FrameNode
 from flag_sim.ros.lifecycle import run
 from flag_sim.ros.throttled_log import Waiting
 from flag_sim.ros.topics import DEPTH, publish, publishers, subscribe
@@ -44,7 +44,7 @@ class Shot:
         self.messages = {}
 
 
-class Renderer(FrameServer):
+class Renderer(FrameNode):
     """Publishes image, camera_info and depth of the frames whose vertices and parameters came."""
 
     def __init__(self):
@@ -76,20 +76,20 @@ class Renderer(FrameServer):
         """Refuse values of which no picture can be made."""
         look_of(values)
 
-    def restart(self, tag):
+    def restart(self, frame):
         """
         Forget the clouds of the take before; those of the frames that wait came early.
 
         Without a wind there are no takes, and none is forgotten.
         """
-        self._first = tag.stamp
-        if tag.take is not None:
+        self._first = frame.stamp
+        if frame.take is not None:
             early = {waiting.stamp for waiting in self._order.waiting.values()}
             self._clouds = {stamp: c for stamp, c in self._clouds.items() if stamp in early}
 
-    def is_ready(self, tag):
+    def is_ready(self, frame):
         """Return whether the frame's vertices have come."""
-        return tag.stamp in self._clouds
+        return frame.stamp in self._clouds
 
     def _on_vertices(self, message, info):
         stamp = messages.to_stamp(message.header.stamp)
@@ -115,11 +115,12 @@ class Renderer(FrameServer):
         if time.monotonic() - self._start < GRACE or self.count_publishers('parameters'):
             return
         for stamp in sorted(self._clouds):
-            self.take_frame(Tag(stamp, None, stamp, stamp), None, {}, sender)
+            self.take_frame(FrameId(stamp, None, stamp, stamp), None, {}, sender)
 
     def _missing(self):
         """Return in words what the next frame lacks: its vertices or, with them, parameters."""
-        lacking = [tag.stamp for tag in self._order.waiting.values() if not self.is_ready(tag)]
+        lacking = [frame.stamp for frame in self._order.waiting.values()
+                   if not self.is_ready(frame)]
         if lacking:
             frame = f'vertices of the frame at {min(lacking) / 1e9:.3f} s'
             senders = publishers(self, 'vertices')
@@ -145,14 +146,14 @@ class Renderer(FrameServer):
         self.destroy_timer(self._grace)
         self._serve_alone(None)
 
-    def work(self, tag, wind, values):
+    def work(self, frame, wind, values):
         """Return the frame's Shot; it is drawn when somebody listens."""
         if values != self._values:
             self._values, self._look = values, look_of(values)
-        cloud = self._clouds.pop(tag.stamp)
-        self._clouds = {stamp: c for stamp, c in self._clouds.items() if stamp > tag.stamp}
+        cloud = self._clouds.pop(frame.stamp)
+        self._clouds = {stamp: c for stamp, c in self._clouds.items() if stamp > frame.stamp}
         shot = Shot(cloud, self._look)
-        self._draw(tag.stamp, shot)
+        self._draw(frame.stamp, shot)
         return shot
 
     def _listened(self):
@@ -172,7 +173,8 @@ class Renderer(FrameServer):
         with_depth = 'depth/image_raw' in listened
         if not shot.is_drawn and (with_depth or 'image_raw' in listened):
             shot.is_drawn = True
-            frame = self._picture.draw(*shot.cloud, *shot.look, with_depth)
+            channels = ['depth'] if with_depth else []
+            frame = self._picture.draw(*shot.cloud, *shot.look, channels)
             shot.messages['image_raw'] = messages.image_message(stamp, frame.colour)
             if with_depth:
                 shot.messages['depth/image_raw'] = messages.depth_message(stamp, frame.depth)

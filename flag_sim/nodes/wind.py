@@ -16,18 +16,18 @@
 import sys
 import time
 
+from flag_sim.animation.keys import values_at
 from flag_sim.animation.tracks import SAME
-from flag_sim.animation.wind_source import Weather
-from flag_sim.declarations import keys
-from flag_sim.declarations.catalogue import WIND
+from flag_sim.animation.wind_source import WindSource
+from flag_sim.declarations.nodes import WIND
+from flag_sim.declarations.targets import TARGETS
 from flag_sim.protocol.clock import FrameClock
-from flag_sim.protocol.frames import next_take, Tag
-from flag_sim.protocol.missed_frames import Tally
+from flag_sim.protocol.frames import FrameId, next_take
+from flag_sim.protocol.missed_frames import MissedFrames
 from flag_sim.ros import messages
 from flag_sim.ros.animation_node import AnimationNode
-from flag_sim.ros.autokey import Autokey
 from flag_sim.ros.delivery import check_delivery, Delivery
-from flag_sim.ros.diagnostics import compute_time, OK, Readout, WARN
+from flag_sim.ros.diagnostics import compute_time, Diagnostics, OK, WARN
 from flag_sim.ros.lifecycle import run
 from flag_sim.ros.topics import publish, subscribe
 from geometry_msgs.msg import Vector3, Vector3Stamped
@@ -47,18 +47,17 @@ class Wind(AnimationNode):
         self._wind_out = publish(self, 'wind')
         self._clock_out = publish(self, '/clock') if self.values['publish_clock'] else None
         self._message = messages.FrameMessage(self.get_fully_qualified_name())
-        self._flight = Delivery(self, self._send_again, self._on_done)
-        self._tally = Tally(self, self._flight)
+        self._delivery = Delivery(self, self._send_again, self._on_done)
+        self._missed_frames = MissedFrames(self, self._delivery)
         self._reset_since = None
         self._timer = None
         self._take = 0
         self._begin_take()
-        self._autokey = Autokey(self, self._now)
         subscribe(self, 'reset', self._on_reset)
         subscribe(self, 'step', self._on_step)
         self._set_timer()
-        self.create_timer(REPORT, lambda: self._tally.report(self._pacer.rate))
-        self._readout = Readout(self, self._status)
+        self.create_timer(REPORT, lambda: self._missed_frames.report(self._pacer.rate))
+        self._diagnostics = Diagnostics(self, self._status)
         # In real time frames leave whether or not anybody is there to serve them.
         waits = ('sent at once, served by' if self.values['pace'] == 'realtime' else 'waiting for')
         self.get_logger().info(f'{self._plan()}, {self.values["pace"]}, {waits} '
@@ -84,20 +83,20 @@ class Wind(AnimationNode):
         """Play on with the new values."""
         super().apply(changed)
         now = self._pacer.time / 1e9
-        self._weather = self._weather.turned(self.values, self.timeline, now)
+        self._wind_source = self._wind_source.continued(self.values, self.timeline, now)
         if 'wait_for' in changed:
-            self._flight.wait_for(self.values['wait_for'])
+            self._delivery.wait_for(self.values['wait_for'])
         if 'rate' in changed:
-            self._tally.report_missed(self._pacer.rate)
+            self._missed_frames.report_missed(self._pacer.rate)
             self._pacer.change_rate(self.values['rate'])
         if changed & {'rate', 'pace', 'paused', 'frames'}:
             self._pacer.wait()
             self._set_timer()
         if 'pace' in changed:
-            self._flight.clear()  # frames of real time are owed to nobody, as they have said
+            self._delivery.clear()  # frames of real time are owed to nobody, as they have said
 
-    def _now(self):
-        """Return where in the animation the last frame was [s]."""
+    def now(self):
+        """Return the time of the last frame in the animation [s]."""
         return self.timeline.local(max(self._previous, 0) / 1e9)
 
     # Time.
@@ -109,8 +108,8 @@ class Wind(AnimationNode):
             time.time_ns if self.values['stamp.clock'] == 'wall' else None)
         # Time of the frame before in the take [ns]; negative: a key at 0 is crossed by frame 0.
         self._previous = -10
-        self._flight.clear()
-        self._weather = Weather(self.values, self.timeline)
+        self._delivery.clear()
+        self._wind_source = WindSource(self.values, self.timeline)
 
     def _set_timer(self):
         if self._timer is not None:
@@ -124,7 +123,7 @@ class Wind(AnimationNode):
         if self._reset_since is not None:
             self._finish_reset(now)
         elif self.values['pace'] == 'lockstep':
-            self._flight.resend(now)
+            self._delivery.resend(now)
             self._fill_window()
         elif not self.values['paused']:
             self._send_due(now)
@@ -146,7 +145,7 @@ class Wind(AnimationNode):
 
     def _finish_reset(self, now):
         waited = now - self._reset_since > self.values['resend_after']
-        if self.values['pace'] == 'realtime' or not len(self._flight) or waited:
+        if self.values['pace'] == 'realtime' or not len(self._delivery) or waited:
             self._reset_since = None
             self._begin_take()
             self.get_logger().info('reset: back to the first frame', throttle_duration_sec=1.0)
@@ -154,13 +153,13 @@ class Wind(AnimationNode):
     def _end_if_done(self, now):
         if self._reset_since is not None or self.ended.done() or not self._is_last_sent():
             return
-        gone = self.values['pace'] == 'realtime' and self._flight.overdue(
+        gone = self.values['pace'] == 'realtime' and self._delivery.overdue(
             now, self.values['resend_after'])
-        if not len(self._flight) or gone:
-            self._tally.frames['undone'] += len(self._flight)
+        if not len(self._delivery) or gone:
+            self._missed_frames.frames['undone'] += len(self._delivery)
             self.get_logger().info(
-                f'the shot is over: {self._pacer.index} frames, {self._flight.resent} sent again, '
-                f'{self._tally.missed} missed' + (
+                f'the shot is over: {self._pacer.index} frames, {self._delivery.resent} sent '
+                f'again, {self._missed_frames.missed} missed' + (
                     f', and the next stamp is beyond {messages.LATEST / 1e9:.0f} s'
                     if self._pacer.stamp > messages.LATEST else ''))
             self.ended.set_result(0)
@@ -169,22 +168,22 @@ class Wind(AnimationNode):
 
     def _fill_window(self):
         # Alone at first: what is sent before everybody has found everybody may be lost.
-        window = self.values['window'] if self._flight.answered else 1
+        window = self.values['window'] if self._delivery.answered else 1
         while (self._pacer.index - self._oldest_index() < window and not self.values['paused']
                and self._reset_since is None and not self._is_last_sent()):
             self._send(time.monotonic())
 
     def _oldest_index(self):
         """Return the oldest frame that may be asked for again; all nodes keep those after it."""
-        return self._flight.oldest.tag.index if len(self._flight) else self._pacer.index
+        return self._delivery.oldest.frame.index if len(self._delivery) else self._pacer.index
 
-    def _send_again(self, frame):
-        frame.tag = frame.tag._replace(oldest=frame.tag.index)
-        self._parameters_out.publish(self._message.fill(frame.tag, *frame.message))
+    def _send_again(self, sent):
+        sent.frame = sent.frame._replace(oldest=sent.frame.index)
+        self._parameters_out.publish(self._message.fill(sent.frame, *sent.message))
 
     def _on_done(self):
         if self.values['pace'] == 'lockstep':
-            self._flight.resend(time.monotonic())
+            self._delivery.resend(time.monotonic())
             self._fill_window()
         self._end_if_done(time.monotonic())
 
@@ -197,13 +196,13 @@ class Wind(AnimationNode):
         due = self._pacer.due(now)
         if self.values['frames']:
             due = min(due, self.values['frames'] - 1)
-        self._tally.frames['skipped'] += due - self._pacer.index
+        self._missed_frames.frames['skipped'] += due - self._pacer.index
         self._pacer.index = due
         if self._pacer.stamp > messages.LATEST:
             return
-        while len(self._flight) >= self.values['window']:
-            self._tally.frames['undone'] += self._flight.answered
-            self._flight.give_up()
+        while len(self._delivery) >= self.values['window']:
+            self._missed_frames.frames['undone'] += self._delivery.answered
+            self._delivery.give_up()
         self._send(now)
 
     # Frames.
@@ -213,14 +212,14 @@ class Wind(AnimationNode):
             self._pacer.meet_wall()
         stamp, at, index = self._pacer.stamp, self._pacer.time, self._pacer.index
         in_turn = self.values['pace'] == 'lockstep'
-        tag = Tag(stamp, self._take, index, self._oldest_index() if in_turn else index)
+        frame = FrameId(stamp, self._take, index, self._oldest_index() if in_turn else index)
         with self._stopwatch.share('work'):
             # Keys and gusts are at times of the take, whatever its stamps are.
-            keyed = keys.values_at(self.timeline, at / 1e9)
-            wind = self._weather.at(at / 1e9)
-            message = self._message.fill(tag, wind, keyed)
+            keyed = values_at(self.timeline, at / 1e9, TARGETS)
+            wind = self._wind_source.at(at / 1e9)
+            message = self._message.fill(frame, wind, keyed)
         with self._stopwatch.share('publish'):
-            self._flight.send(tag, (wind, keyed), self.values['wait_for'], now)
+            self._delivery.send(frame, (wind, keyed), self.values['wait_for'], now)
             self._parameters_out.publish(message)
             self._publish_crossed(at)
             if self._clock_out is not None:
@@ -230,7 +229,7 @@ class Wind(AnimationNode):
                     header=messages.header(stamp, messages.WORLD),
                     vector=Vector3(x=wind[0], y=wind[1], z=wind[2])))
         self._stopwatch.frames += 1
-        self._tally.frames['sent'] += 1
+        self._missed_frames.frames['sent'] += 1
         self._pacer.index += 1
 
     def _publish_crossed(self, at):
@@ -250,7 +249,7 @@ class Wind(AnimationNode):
     def _status(self):
         """Return the `state` of the wind."""
         pace = 'paused' if self.values['paused'] else self.values['pace']
-        alarms, figures = self._tally.status()
+        alarms, figures = self._missed_frames.status()
         return (WARN if alarms else OK, '; '.join(alarms) or pace, {
             'pace': pace, 'rate [Hz]': self.values['rate'],
             'time [s]': max(self._previous, 0) / 1e9, **figures,

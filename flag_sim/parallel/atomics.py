@@ -16,18 +16,12 @@
 Atomic operations on int64 arrays that several threads use at once.
 
 numba has them for GPUs alone; LLVM's are the same everywhere. All are sequentially consistent:
-who reads what another thread wrote then sees all that it had written before, too.
+a thread that reads what another one wrote sees all that this had written before, too.
 """
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
-
-SPINS = 3000
-"""Loads, some microseconds, after which who waits for another thread yields the processor."""
-
-yield_processor = types.ExternalFunction('sched_yield', types.int32())
-"""Offer the processor to whoever needs it."""
 
 
 def _element(context, builder, signature, arguments):

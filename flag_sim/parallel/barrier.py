@@ -19,7 +19,8 @@ A step takes some microseconds, too few for Python to be asked between two: so e
 many steps of its band in one compiled call, and waits for the others in here.
 """
 from flag_sim.jit.kernels import shared_kernel
-from flag_sim.parallel.atomics import fetch_add, load, SPINS, yield_processor
+from flag_sim.parallel.atomics import fetch_add, load
+from flag_sim.parallel.spinning import SPINS, yield_processor
 import numpy as np
 
 # Where the cells of a barrier lie: each in a cache line of its own.
@@ -47,8 +48,8 @@ def wait(barrier):
         return
     # The counter only grows: all have arrived for this time when it is at the next multiple.
     goal = (fetch_add(barrier, ARRIVALS, 1) // bands + 1) * bands
-    looks = 0
+    loads = 0
     while load(barrier, ARRIVALS) < goal and load(barrier, IS_RELEASED) == 0:
-        looks += 1
-        if looks > SPINS:
+        loads += 1
+        if loads > SPINS:
             yield_processor()

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Dials: what can be set, what each may be, and what they make.
+Parameters: what can be set, what each may be, and what they make.
 
 The nodes declare them as their parameters, the study turns them; neither knows of the other.
 """

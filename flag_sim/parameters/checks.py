@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 
 LARGEST = 1e12
-"""Beyond any physical value; keeps products and roots of the dials far from overflow."""
+"""Beyond any physical value; keeps products and roots of the parameters far from overflow."""
 
 
 DIGITS = range(4, 17)

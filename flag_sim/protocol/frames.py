@@ -28,7 +28,7 @@ import time
 from typing import NamedTuple
 
 
-class Tag(NamedTuple):
+class FrameId(NamedTuple):
     """What identifies a frame on the wire."""
 
     stamp: int   # simulation time [ns]
@@ -56,13 +56,13 @@ class Arrival(enum.Enum):
     RESTART = enum.auto()  # the first of another take or round: forget everything, then as NEW
 
 
-def _follows(tag, behind):
+def _follows(frame, behind):
     """Return whether a frame comes right after another one, or is it once more."""
-    if tag.take != behind.take:
-        return tag.take > behind.take
+    if frame.take != behind.take:
+        return frame.take > behind.take
     # Only where nothing is owed may some be left out between them.
-    owes = any(frame.oldest < frame.index for frame in (behind, tag))
-    return behind.index <= tag.index <= (behind.index + 1 if owes else tag.index)
+    owes = any(each.oldest < each.index for each in (behind, frame))
+    return behind.index <= frame.index <= (behind.index + 1 if owes else frame.index)
 
 
 class FrameOrder:
@@ -79,7 +79,7 @@ class FrameOrder:
         self._behind = None  # the frame far behind that came last, if none came after it
         self._waiting = {}
 
-    def arrive(self, tag, sender=None):
+    def arrive(self, frame, sender=None):
         """
         Take note of a frame and say what it is.
 
@@ -91,72 +91,72 @@ class FrameOrder:
         changed = sender != self._sender
         self._sender = sender
         behind, self._behind = self._behind, None
-        if tag.take is None or self._take is None:
+        if frame.take is None or self._take is None:
             # Without takes, time that jumps back begins anew, as it does everywhere in ROS.
-            if tag.take != self._take or self._last < 0 or tag.index < self._last:
-                return self._restart(tag)
-        elif tag.take > self._take:
-            return self._restart(tag)
-        elif changed and tag.take < self._take:
-            return self._restart(tag)
-        elif not changed and self._is_behind(tag, behind):
-            if behind is not None and _follows(tag, behind):
-                return self._restart(behind, tag)
-            self._behind = tag
+            if frame.take != self._take or self._last < 0 or frame.index < self._last:
+                return self._restart(frame)
+        elif frame.take > self._take:
+            return self._restart(frame)
+        elif changed and frame.take < self._take:
+            return self._restart(frame)
+        elif not changed and self._is_behind(frame, behind):
+            if behind is not None and _follows(frame, behind):
+                return self._restart(behind, frame)
+            self._behind = frame
             return Arrival.STALE
-        if tag.index <= self._last:
-            self._oldest = max(self._oldest, tag.oldest)
-            return self._restart(tag) if changed else Arrival.AGAIN
-        self._wait(tag)
+        if frame.index <= self._last:
+            self._oldest = max(self._oldest, frame.oldest)
+            return self._restart(frame) if changed else Arrival.AGAIN
+        self._wait(frame)
         return Arrival.NEW
 
     @property
     def waiting(self):
-        """Return {index: tag} of the frames whose turn has not come."""
+        """Return {index: frame} of the frames whose turn has not come."""
         return self._waiting
 
     @property
     def kept(self):
-        """Return the tags of all frames that may yet be served: waiting, or far behind."""
+        """Return all frames that may yet be served: waiting, or far behind."""
         return [*self._waiting.values(), *([self._behind] if self._behind else [])]
 
-    def next_frame(self, is_ready=lambda tag: True):
+    def next_frame(self, is_ready=lambda frame: True):
         """
         Return the next frame whose turn it is and that `is_ready`, or None.
 
         The frame counts as served from here on, and earlier ones that nobody is owed are dropped.
         """
         for index in sorted(self._waiting):
-            tag = self._waiting[index]
-            if is_ready(tag) and max(self._oldest, tag.oldest, self._last + 1) >= index:
+            frame = self._waiting[index]
+            if is_ready(frame) and max(self._oldest, frame.oldest, self._last + 1) >= index:
                 self._last = index
                 self._waiting = {i: t for i, t in self._waiting.items() if i > index}
-                return tag
+                return frame
         return None
 
-    def _is_behind(self, tag, behind):
+    def _is_behind(self, frame, behind):
         """Return whether a frame cannot be a copy that the take's sender was asked for."""
-        if tag.take < self._take:
+        if frame.take < self._take:
             return True
         # Rounds that are shorter than a window are known by their first frame.
-        is_early = self._first in (tag.index, behind.index if behind is not None else None)
-        return tag.index < self._oldest and (
-            is_early or tag.index < self._last - self.LARGEST_WINDOW)
+        is_early = self._first in (frame.index, behind.index if behind is not None else None)
+        return frame.index < self._oldest and (
+            is_early or frame.index < self._last - self.LARGEST_WINDOW)
 
-    def _restart(self, *tags):
-        """Begin a round with the last of `tags`, and those before it of the same take."""
-        self._take = tags[-1].take
+    def _restart(self, *frames):
+        """Begin a round with the last of `frames`, and those before it of the same take."""
+        self._take = frames[-1].take
         self._last, self._oldest, self._waiting = -1, 0, {}
-        for tag in tags:
-            if tag.take == self._take:
-                self._wait(tag)
+        for frame in frames:
+            if frame.take == self._take:
+                self._wait(frame)
         self._first = min(self._waiting)
         return Arrival.RESTART
 
-    def _wait(self, tag):
-        self._oldest = max(self._oldest, tag.oldest)
-        known = self._waiting.get(tag.index)
-        if known is None or tag.oldest > known.oldest:
-            self._waiting[tag.index] = tag
+    def _wait(self, frame):
+        self._oldest = max(self._oldest, frame.oldest)
+        known = self._waiting.get(frame.index)
+        if known is None or frame.oldest > known.oldest:
+            self._waiting[frame.index] = frame
         if len(self._waiting) > self.LONGEST_QUEUE:
             del self._waiting[min(self._waiting)]

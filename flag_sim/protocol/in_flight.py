@@ -18,16 +18,16 @@ import dataclasses
 
 @dataclasses.dataclass
 class Sent:
-    """A frame that was sent: its tag, its message, who has not done it yet, and when it left."""
+    """A frame that was sent: its place, its message, who has not done it yet, and when it left."""
 
-    tag: object
+    frame: object
     message: object
     waiting_for: set
     first_time: float  # of a steady clock [s]
     last_time: float
 
 
-class Flight:
+class FramesInFlight:
     """The frames in flight, oldest first."""
 
     def __init__(self):
@@ -44,22 +44,22 @@ class Flight:
         """Return the oldest frame in flight, or None."""
         return next(iter(self._frames.values()), None)
 
-    def send(self, tag, message, consumers, now):
+    def send(self, frame, message, consumers, now):
         """
         Note that a frame was sent at `now` [s] and is done when all `consumers` say so.
 
         A frame that nobody is waited for is done at once.
         """
         if consumers:
-            self._frames[tag.stamp] = Sent(tag, message, set(consumers), now, now)
+            self._frames[frame.stamp] = Sent(frame, message, set(consumers), now, now)
 
     def done(self, stamp, consumer):
         """Note that `consumer` has served the frame; return whether that made it done."""
-        frame = self._frames.get(stamp)
-        if frame is None:
+        sent = self._frames.get(stamp)
+        if sent is None:
             return False
-        frame.waiting_for.discard(consumer)
-        if frame.waiting_for:
+        sent.waiting_for.discard(consumer)
+        if sent.waiting_for:
             return False
         del self._frames[stamp]
         return True
@@ -70,19 +70,19 @@ class Flight:
 
         Who has said so already is asked again with the frame's next copy.
         """
-        for frame in self._frames.values():
-            frame.waiting_for = set(consumers)
+        for sent in self._frames.values():
+            sent.waiting_for = set(consumers)
         if not consumers:
             self.clear()
 
     def overdue(self, now, after):
         """Return the oldest frame if it last left more than `after` s before `now`, or None."""
-        frame = self.oldest
-        return frame if frame is not None and now - frame.last_time > after else None
+        sent = self.oldest
+        return sent if sent is not None and now - sent.last_time > after else None
 
     def give_up(self):
         """Forget the oldest frame."""
-        del self._frames[self.oldest.tag.stamp]
+        del self._frames[self.oldest.frame.stamp]
 
     def clear(self):
         """Forget every frame."""

@@ -20,18 +20,18 @@ ANOTHER = ('another node publishes parameters in this graph too: physics and ren
            'with every change of wind')
 
 
-class Tally:
+class MissedFrames:
     """
     Counts a wind's frames, and tells of those that were missed.
 
-    node: the wind, which has the dial wait_for; flight: its Delivery. frames: a Counter of those
+    node: the wind, which has the parameter wait_for; delivery: its Delivery. frames: a Counter of those
     that were `sent`, that were `skipped`, when time went by without them, and that were left
     `undone`, when others were too slow.
     """
 
-    def __init__(self, node, flight):
+    def __init__(self, node, delivery):
         self._node = node
-        self._flight = flight
+        self._delivery = delivery
         self.frames = Counter()
         self._reported, self._shown = Counter(), Counter()
 
@@ -51,7 +51,7 @@ class Tally:
         new, self._reported = self.frames - self._reported, self.frames.copy()
         if not _missed(new):
             return
-        late = self._flight.late(time.monotonic())
+        late = self._delivery.late(time.monotonic())
         causes = [f'{new["undone"]} not done in time by ' + (
             late or ', '.join(self._node.values['wait_for']))] * bool(new['undone'])
         causes += [f'{new["skipped"]} not sent, the wind itself was too slow'] * bool(
@@ -66,14 +66,14 @@ class Tally:
     def status(self):
         """Return what is wrong since the last time, in words, and the figures for `state`."""
         new, self._shown = self.frames - self._shown, self.frames.copy()
-        late = self._flight.late(time.monotonic())
+        late = self._delivery.late(time.monotonic())
         alarms = [f'waiting for {late}'] if late else []
         if _missed(new):
             alarms.append(f'{_missed(new)} frames missed')
         if self._has_rival():
             alarms.append(ANOTHER)
         return alarms, {
-            'frames sent': self.frames['sent'], 'frames sent again': self._flight.resent,
+            'frames sent': self.frames['sent'], 'frames sent again': self._delivery.resent,
             'frames missed': self.missed, 'waiting for': late or 'nobody'}
 
     def _has_rival(self):

@@ -13,54 +13,68 @@
 # limitations under the License.
 
 """A node whose parameters hold an animation: read, checked, changed as a whole, and saved."""
-from flag_sim.declarations import keys
+from collections.abc import Iterable, Mapping
+
+from flag_sim.animation import keys
+from flag_sim.animation.autokey import with_key
+from flag_sim.animation.timeline import Timeline
+from flag_sim.declarations.targets import TARGETS
+from flag_sim.parameters.declaration import Declaration
 from flag_sim.parameters.params_file import check_path, save_parameters
 from flag_sim.ros.companions import Companions
 from flag_sim.ros.parameter_groups import GroupParameterService
-from flag_sim.ros.parameter_node import DialNode, to_parameter
+from flag_sim.ros.parameter_node import ParameterNode, to_parameter
 
 
-def is_part(name):
+def is_part(name: str) -> bool:
     """Return whether a parameter is part of the animation, in which one part needs the others."""
     return name.startswith(('tracks', 'keys.', 'events.'))
 
 
-class AnimationNode(DialNode):
+class AnimationNode(ParameterNode):
     """
     Reads its `timeline` from its parameters, at the start and whenever they change.
 
-    With `save_to` it saves the whole shot after every change, its own and its companions'.
-    Derived nodes say in `apply` what else changes, and call this one's.
+    With `save_to` it saves the whole shot after every change, its own and its companions'. With
+    `autokey` every change on a companion or on the node itself that can be keyed becomes a key at
+    the present time; playback sets no parameter, so it makes none.
+    Derived nodes define `now`, say in `apply` what else changes, and call this one's.
     """
 
-    def __init__(self, name, dials):
+    def __init__(self, name: str, declarations: Iterable[Declaration]):
         self._read = None, None  # the parts that were read last, and their Timeline
         self._warned = set()     # the tracks whose present keys have been warned of
-        super().__init__(name, dials, allow_undeclared_parameters=True,
+        super().__init__(name, declarations, allow_undeclared_parameters=True,
                          start_parameter_services=False)
         self.timeline = self._timeline_of(self.values)
         self._warn_of_keys()
         self._group_service = GroupParameterService(self, is_part)
         self._saved = None  # the companions that are in the file that was saved last
-        self.companions = Companions(self, self._on_answer)
+        self.companions = Companions(self, self._on_answer, self._on_change)
 
-    def _timeline_of(self, values):
+    def now(self) -> float:
+        """Return the time of the last frame in the animation [s]."""
+        raise NotImplementedError
+
+    def _timeline_of(self, values) -> Timeline:
         """Return the Timeline of values {name: value}; raise ValueError if it cannot be played."""
         # Not of the rate where it changes nothing: a new timeline is another wind.
         more = ['loop', 'snap_keys', *['rate'] * values['snap_keys']]
         parts = {name: value for name, value in values.items() if is_part(name) or name in more}
         if parts != self._read[0]:  # ten thousand keys take a while
-            self._read = parts, keys.read_timeline(values)
+            self._read = parts, keys.read_timeline(values, TARGETS)
         return self._read[1]
 
     def _warn_of_keys(self):
-        """Tell once what may surprise whoever has set a track's keys."""
+        """Warn once of what may surprise whoever has set a track's keys."""
         found = keys.warnings(self.timeline)
         for name in found.keys() - self._warned:
             self.get_logger().warning(found[name])
         self._warned = set(found)
 
-    def adopt(self, given):
+    # Parameters.
+
+    def adopt(self, given: dict) -> None:
         """Take the keys of all tracks, those too that are not named in `tracks` yet."""
         for name in sorted(name for name in given if keys.is_key_name(name)):
             self.values[name] = self.accept(name, given.pop(name))
@@ -69,42 +83,46 @@ class AnimationNode(DialNode):
                 self.get_logger().warning(f"{name}: no track '{keys.track_of(name)}' is named in "
                                           'tracks, so it is not played')
 
-    def accept(self, name, value):
-        """Accept keys beside the dials, and a path only if it can be written."""
+    def accept(self, name: str, value):
+        """Accept keys beside what is declared, and a path only if it can be written."""
         if keys.is_key_name(name):
-            return keys.accept_keys(name, value)
+            return keys.accept_keys(name, value, TARGETS)
         value = super().accept(name, value)
         if name == 'save_to' and value:
             check_path(value)
         return value
 
-    def item_of(self, name):
-        """Return the type of what a list of keys holds; of others as their dials say."""
-        return keys.item_of(name) if keys.is_key_name(name) else super().item_of(name)
+    def item_of(self, name: str) -> type:
+        """Return the type of what a list of keys holds; of others as they are declared."""
+        return (keys.item_of(name, TARGETS) if keys.is_key_name(name)
+                else super().item_of(name))
 
-    def check_deletion(self, name):
+    def check_deletion(self, name: str) -> None:
         """Let keys be deleted; `check` refuses it where a track plays them."""
         if not keys.is_key_name(name):
             super().check_deletion(name)
         elif name not in self.values:
             raise ValueError(f"no parameter '{name}'")
 
-    def check(self, values):
-        """Refuse an animation that cannot be played."""
+    def check(self, values: Mapping) -> None:
+        """Raise ValueError for an animation that cannot be played."""
         self._timeline_of(values)
 
-    def apply(self, changed):
+    def apply(self, changed: set[str]) -> None:
         """Play the new animation, and save it."""
         del changed
         self.timeline = self._timeline_of(self.values)
         self._warn_of_keys()
         self.save()
 
-    def save(self):
+    # The file.
+
+    def save(self) -> None:
         """Write the shot to `save_to`, if there is one."""
         if not self.values['save_to']:
             return
-        others, lacking = self.companions.settings(keys.values_at(self.timeline, 0.0))
+        others, lacking = self.companions.settings(
+            keys.values_at(self.timeline, 0.0, TARGETS))
         self._saved = set(others)
         try:
             save_parameters(self.values['save_to'], self.get_fully_qualified_name(), self.values,
@@ -113,6 +131,32 @@ class AnimationNode(DialNode):
             self.get_logger().error(f'cannot save {self.values["save_to"]}: {error}')
 
     def _on_answer(self, companion):
-        """Complete a file that was saved before this companion had told its values."""
+        """Complete a file that was saved before this companion had sent its values."""
         if self._saved is not None and companion not in self._saved:
             self.save()
+
+    # Autokey.
+
+    def _on_change(self, changes):
+        """Key what can be keyed of [(node, name, value, value before)]; save what cannot."""
+        keyed = [self._put_key(f'{node}.{name}', value, old) for node, name, value, old in changes
+                 if self.values['autokey'] and f'{node}.{name}' in TARGETS]
+        # A key is saved with all that the nodes have, and the node saves what is set on itself.
+        if not any(keyed) and any(node != 'wind' for node, *_ in changes):
+            self.save()
+
+    def _put_key(self, track, value, old):
+        """Make a key of what a user has set, if it is one; return whether there is a new key."""
+        try:
+            changes = with_key(self.values, track, self.now(), value, old,
+                               reach=0.5 / self.values['rate'], targets=TARGETS)
+        except ValueError as error:
+            self.get_logger().warning(f'no key is made: {error}')
+            return False
+        if not changes:
+            return False
+        result = self.set_parameters_atomically(
+            [to_parameter(name, new) for name, new in changes.items()])
+        if not result.successful:
+            self.get_logger().warning(f'no key is made: {result.reason}')
+        return result.successful

@@ -15,7 +15,7 @@
 """Companions: the nodes that play a wind's frames, and what their parameters are set to."""
 import contextlib
 
-from flag_sim.declarations.catalogue import NODES
+from flag_sim.declarations.nodes import defaults, named, NODES
 from flag_sim.ros.topics import subscribers
 from rcl_interfaces.msg import ParameterEvent
 from rcl_interfaces.srv import GetParameters
@@ -34,15 +34,15 @@ class Companions:
     Each is asked for them when it is found, in whichever namespace, and is heard on
     /parameter_events from then on.
 
-    node: the wind. on_answer(name): called when a node, by its full name, has told its values.
-    `on_change`, if set, is called with every change on a companion or the wind itself, as
-    [(kind, name, value, old)]; old is the dial's default where it is not known.
+    node: the wind. on_answer(name): called when a node, by its full name, has sent its values.
+    on_change(changes): called with every change on a companion or the wind itself, as
+    [(kind, name, value, old)]; old is the parameter's default where it is not known.
     """
 
-    def __init__(self, node, on_answer):
+    def __init__(self, node, on_answer, on_change):
         self._node = node
         self._on_answer = on_answer
-        self.on_change = None
+        self._on_change = on_change
         self._own_name = node.get_fully_qualified_name()
         self._known = {self._own_name: dict(node.values)}  # {node: {name: value}}
         self._found = {}  # the endpoint of each node that was found, which a restart renews
@@ -74,16 +74,17 @@ class Companions:
         if not self._clients[node].service_is_ready():
             return
         self._asked[node] = self._looks
-        dials = NODES[_kind(node)]
+        declarations = NODES[_kind(node)]
         future = self._clients[node].call_async(
-            GetParameters.Request(names=[dial.name for dial in dials]))
-        future.add_done_callback(lambda done: self._learn(node, dials, done.result()))
+            GetParameters.Request(names=[declaration.name for declaration in declarations]))
+        future.add_done_callback(lambda done: self._learn(node, declarations, done.result()))
 
-    def _learn(self, node, dials, answer):
+    def _learn(self, node, declarations, answer):
         known = self._known.setdefault(node, {})
-        for dial, value in zip(dials, answer.values):
-            if dial.name not in known:  # what was heard meanwhile is not older than the answer
-                _keep(known, dial, parameter_value_to_python(value))
+        for declaration, value in zip(declarations, answer.values):
+            # What was heard meanwhile is not older than the answer.
+            if declaration.name not in known:
+                _keep(known, declaration, parameter_value_to_python(value))
         self._answered.add(node)
         self._on_answer(node)
 
@@ -93,19 +94,20 @@ class Companions:
         if not (event.node in self._known or is_near):
             return
         known = self._known.setdefault(event.node, {})
-        dials = {dial.name: dial for dial in NODES[kind]}
+        declarations = named(kind)
         changes = []
         for parameter in event.changed_parameters:
-            dial = dials.get(parameter.name)
+            declaration = declarations.get(parameter.name)
             try:
                 value = parameter_value_to_python(parameter.value)
             except RuntimeError:
                 continue  # a value of a type that ROS does not know, which anybody can publish
-            if dial is not None:
-                changes.append((kind, dial.name, value, known.get(dial.name, dial.default)))
-                _keep(known, dial, value)
-        if changes and self.on_change:
-            self.on_change(changes)
+            if declaration is not None:
+                old = known.get(declaration.name, declaration.default)
+                changes.append((kind, declaration.name, value, old))
+                _keep(known, declaration, value)
+        if changes:
+            self._on_change(changes)
 
     def settings(self, keyed):
         """
@@ -116,10 +118,10 @@ class Companions:
         settings = {}
         for node in sorted(self._answered):
             kind, settings[node] = _kind(node), {}
-            for dial in NODES[kind]:
-                value = keyed.get(f'{kind}.{dial.name}', self._known[node].get(dial.name))
-                if value not in (None, dial.default):
-                    settings[node][dial.name] = value
+            for name, default in defaults(kind).items():
+                value = keyed.get(f'{kind}.{name}', self._known[node].get(name))
+                if value not in (None, default):
+                    settings[node][name] = value
         lacking = [f'{node} did not answer' for node in sorted(self._found.keys()
                                                                - self._answered)]
         lacking += [f'no {kind} was found' for kind in KINDS
@@ -127,10 +129,10 @@ class Companions:
         return settings, lacking
 
 
-def _keep(known, dial, value):
-    """Note a value unless it is none that the dial could have: names can be anybody's."""
+def _keep(known, declaration, value):
+    """Note a value unless it is none that the parameter could have: names can be anybody's."""
     with contextlib.suppress(ValueError):
-        known[dial.name] = dial.accept(value)
+        known[declaration.name] = declaration.accept(value)
 
 
 def _kind(node):

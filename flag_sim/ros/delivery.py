@@ -15,7 +15,7 @@
 """Delivery: a frame is sent until every node that is waited for has said that it is done."""
 import time
 
-from flag_sim.protocol.in_flight import Flight
+from flag_sim.protocol.in_flight import FramesInFlight
 from flag_sim.ros.messages import to_stamp
 from flag_sim.ros.topics import publishers, subscribe
 from rclpy.exceptions import InvalidNodeNameException
@@ -28,7 +28,7 @@ SILENT = ('wind', 'physics', 'player')
 
 
 def check_delivery(values):
-    """Raise ValueError if frames sent by the dials `values` {name: value} would never be done."""
+    """Raise ValueError if frames sent by the parameters `values` would never be done."""
     if values['pace'] == 'lockstep' and not values['wait_for']:
         raise ValueError('pace lockstep needs at least one node in wait_for')
     for name in values['wait_for']:
@@ -42,11 +42,11 @@ def check_delivery(values):
                              f"namespace, not '{name}'") from None
 
 
-class Delivery(Flight):
+class Delivery(FramesInFlight):
     """
     The frames in flight of a node that sends frames.
 
-    node: has the dial resend_after. send_again(frame): sends a frame in flight once more.
+    node: has the parameter resend_after. send_again(sent): sends a frame in flight once more.
     on_done(): called when all have done a frame. answered: whether that has ever happened.
     """
 
@@ -62,9 +62,9 @@ class Delivery(Flight):
         self._complaint = None, 0.0  # stamp of the frame last complained of, and when [s]
         subscribe(node, 'frame_done', self._on_frame_done)
 
-    def send(self, tag, message, consumers, now):
-        """Note that a frame was sent, as Flight does."""
-        super().send(tag, message, consumers, now)
+    def send(self, frame, message, consumers, now):
+        """Note that a frame was sent, as FramesInFlight does."""
+        super().send(frame, message, consumers, now)
         if len(self) and self._silent_since is None:
             self._silent_since = now
 
@@ -88,14 +88,14 @@ class Delivery(Flight):
     def resend(self, now):
         """Send the oldest frame again, at steady time `now` [s], if it is overdue."""
         after = self._node.values['resend_after']
-        frame = self.overdue(now, after if self.answered else min(FIRST_RESEND, after))
-        if frame is None:
+        sent = self.overdue(now, after if self.answered else min(FIRST_RESEND, after))
+        if sent is None:
             return
-        self._send_again(frame)
-        frame.last_time = now
+        self._send_again(sent)
+        sent.last_time = now
         self.resent += 1
         if self.late(now):
-            self._complain(frame, now)
+            self._complain(sent, now)
 
     def late(self, now):
         """
@@ -103,10 +103,10 @@ class Delivery(Flight):
 
         Frames that left while another one was waited for are not late for that.
         """
-        frame = self.oldest
-        if frame is None or now - self._silent_since <= self._node.values['resend_after']:
+        sent = self.oldest
+        if sent is None or now - self._silent_since <= self._node.values['resend_after']:
             return ''
-        return ', '.join(self._how(name) for name in sorted(frame.waiting_for))
+        return ', '.join(self._how(name) for name in sorted(sent.waiting_for))
 
     def _how(self, name):
         """Return a node's name, with what is known of a node that cannot have answered."""
@@ -116,12 +116,12 @@ class Delivery(Flight):
             return f'{name} (still starting, its log says why)'
         return f'{name} (no such node is running)'
 
-    def _complain(self, frame, now):
+    def _complain(self, sent, now):
         """Say whom a frame waits for: at once of every new frame, and of the same now and then."""
         stamp, said = self._complaint
-        if frame.tag.stamp == stamp and now - said < COMPLAIN_AGAIN:
+        if sent.frame.stamp == stamp and now - said < COMPLAIN_AGAIN:
             return
-        self._complaint = frame.tag.stamp, now
+        self._complaint = sent.frame.stamp, now
         self._node.get_logger().warning(
-            f'the frame at {frame.tag.stamp / 1e9:.3f} s is not done: waiting for '
+            f'the frame at {sent.frame.stamp / 1e9:.3f} s is not done: waiting for '
             f'{self.late(now)}; sent again')

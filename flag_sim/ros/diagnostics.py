@@ -20,7 +20,7 @@ OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.E
 PERIOD = 1.0  # between messages [s]
 
 
-class Readout:
+class Diagnostics:
     """
     Publishes a DiagnosticArray on `state` every second; without a listener it asks for nothing.
 

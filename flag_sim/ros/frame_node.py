@@ -18,13 +18,13 @@ import time
 
 from flag_sim.protocol.frames import Arrival, FrameOrder
 from flag_sim.ros import messages
-from flag_sim.ros.diagnostics import compute_time, ERROR, OK, Readout
-from flag_sim.ros.parameter_node import DialNode
+from flag_sim.ros.diagnostics import compute_time, Diagnostics, ERROR, OK
+from flag_sim.ros.parameter_node import ParameterNode
 from flag_sim.ros.throttled_log import Refusals
 from flag_sim.ros.topics import subscribe
 
 
-class FrameServer(DialNode):
+class FrameNode(ParameterNode):
     """
     Serves frames in their order, and a frame that comes again with the answer that it kept.
 
@@ -32,17 +32,17 @@ class FrameServer(DialNode):
     `status` tells people how they are doing.
     """
 
-    def __init__(self, name, dials):
-        super().__init__(name, dials)
+    def __init__(self, name, declarations):
+        super().__init__(name, declarations)
         self._order = FrameOrder()
-        self._inputs = {}   # (wind, values) by tag, of frames that may yet be served
+        self._inputs = {}   # (wind, values) by frame, of frames that may yet be served
         self._answers = {}  # (index, answer) by stamp, of frames that may be asked for again
         self._refusals = Refusals()
         self._good = None   # values that the take's last frame was served with
         self._clash = ''    # why keyed values of the last frame could not be used
         # The network cannot deliver before it is spun, and it is spun only once all is ready.
         subscribe(self, 'parameters', self._on_parameters)
-        self._readout = Readout(self, self._status)
+        self._diagnostics = Diagnostics(self, self._status)
         processors = len(os.sched_getaffinity(0))
         if self.values['threads'] > processors:
             self.get_logger().warning(
@@ -52,16 +52,16 @@ class FrameServer(DialNode):
     def check_wind(self, wind):
         """Raise ValueError for a wind (3,) [m/s] that the node cannot work with."""
 
-    def restart(self, tag):
-        """Forget the take or round that was played; another one begins with the frame `tag`."""
+    def restart(self, frame):
+        """Forget the take or round that was played; another one begins with `frame`."""
 
-    def is_ready(self, tag):
+    def is_ready(self, frame):
         """Return whether everything that the frame needs has arrived."""
-        del tag
+        del frame
         return True
 
-    def work(self, tag, wind, values):
-        """Return the frame's answer, given the wind [m/s] and this frame's values of the dials."""
+    def work(self, frame, wind, values):
+        """Return the frame's answer, given the wind [m/s] and this frame's values of the declarations."""
         raise NotImplementedError
 
     def answer(self, stamp, answer):
@@ -81,16 +81,16 @@ class FrameServer(DialNode):
 
     def _on_parameters(self, message, info):
         try:
-            tag, wind, keyed = messages.read_parameters(message)
+            frame, wind, keyed = messages.read_parameters(message)
             self.check_wind(wind)
             values = self._values_of_frame(keyed)
         except ValueError as error:
             self.refuse('parameters', error)
             return
-        self.take_frame(tag, wind, values, bytes(info['publisher_gid']['data']))
+        self.take_frame(frame, wind, values, bytes(info['publisher_gid']['data']))
 
     def _values_of_frame(self, keyed):
-        """Return the keyed values that are this node's own, checked against its dials."""
+        """Return the keyed values that are this node's own, checked against its declarations."""
         prefix = f'{self.get_name()}.'
         own = {name.removeprefix(prefix): value for name, value in keyed.items()
                if name.startswith(prefix)}
@@ -117,13 +117,13 @@ class FrameServer(DialNode):
         self._good = values
         return values
 
-    def take_frame(self, tag, wind, keyed, sender):
+    def take_frame(self, frame, wind, keyed, sender):
         """Put a frame where its turn will find it, and serve whatever can be served."""
-        arrival = self._order.arrive(tag, sender)
+        arrival = self._order.arrive(frame, sender)
         if arrival is Arrival.AGAIN:
-            self.answer_again(tag.stamp)
+            self.answer_again(frame.stamp)
             return
-        self._inputs[tag] = wind, keyed
+        self._inputs[frame] = wind, keyed
         self._inputs = {kept: self._inputs[kept] for kept in self._order.kept}
         if arrival is Arrival.STALE:
             return
@@ -132,19 +132,19 @@ class FrameServer(DialNode):
             self._good = None
             self.restart(min(self._order.waiting.values()))
         self._answers = {stamp: kept for stamp, kept in self._answers.items()
-                         if kept[0] >= tag.oldest}
+                         if kept[0] >= frame.oldest}
         self.serve()
 
     def serve(self):
         """Serve the frames whose turn it is."""
-        while (tag := self._order.next_frame(self.is_ready)) is not None:
-            wind, keyed = self._inputs.pop(tag)
+        while (frame := self._order.next_frame(self.is_ready)) is not None:
+            wind, keyed = self._inputs.pop(frame)
             # What a user sets meanwhile counts from this frame on; keys count before it.
             with self._stopwatch.share('work'):
-                answer = self.work(tag, wind, self._merge(keyed))
-            self._answers[tag.stamp] = tag.index, answer
+                answer = self.work(frame, wind, self._merge(keyed))
+            self._answers[frame.stamp] = frame.index, answer
             self._stopwatch.frames += 1
-            self.answer(tag.stamp, answer)
+            self.answer(frame.stamp, answer)
 
     def answer_again(self, stamp):
         """Publish the answer to a frame that was served; return whether it is still kept."""

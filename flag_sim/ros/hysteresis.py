@@ -15,7 +15,7 @@
 """What is told when it begins and when it is over, not each time that it comes and goes."""
 
 
-class Lasting:
+class Hysteresis:
     """
     A condition that may come and go with every frame.
 

@@ -17,7 +17,7 @@ import array
 import struct
 
 from builtin_interfaces.msg import Time
-from flag_sim.protocol.frames import Tag
+from flag_sim.protocol.frames import FrameId
 from flag_sim.ros.parameter_node import to_parameter
 import numpy as np
 from rcl_interfaces.msg import ParameterEvent, ParameterType
@@ -30,7 +30,7 @@ WORLD = 'world'
 OPTICAL = 'camera_optical_frame'
 CLOUD_FIELDS = ('x', 'y', 'z', 'normal_x', 'normal_y', 'normal_z')
 FLOATS = {PointField.FLOAT32: 'f4', PointField.FLOAT64: 'f8'}
-TAG_NAMES = ('frame.take', 'frame.index', 'frame.oldest')
+FRAME_NAMES = ('frame.take', 'frame.index', 'frame.oldest')
 # The field of a ParameterValue that holds what it is the value of.
 VALUE_FIELDS = {
     ParameterType.PARAMETER_BOOL: 'bool_value',
@@ -192,19 +192,19 @@ class FrameMessage:
         self._names = ()
         self._slots = []  # of each parameter, its value's message and the field that holds it
 
-    def fill(self, tag, wind, keyed):
+    def fill(self, frame, wind, keyed):
         """
         Return the message of a frame.
 
         wind: (3,) [m/s]; keyed: {'node.parameter': value}, each name always of the same type.
         """
         values = {'wind': array.array('d', wind),
-                  **dict(zip(TAG_NAMES, (tag.take, tag.index, tag.oldest))), **keyed}
+                  **dict(zip(FRAME_NAMES, (frame.take, frame.index, frame.oldest))), **keyed}
         if self._names != tuple(values):
             self._make({**values, 'wind': [0.0] * 3})
         for (slot, field), value in zip(self._slots, values.values()):
             setattr(slot, field, value)
-        self._message.stamp = to_time(tag.stamp)
+        self._message.stamp = to_time(frame.stamp)
         return self._message
 
     def _make(self, values):
@@ -216,17 +216,17 @@ class FrameMessage:
         self._message.changed_parameters = parameters
 
 
-def parameters_message(node_name, tag, wind, keyed):
+def parameters_message(node_name, frame, wind, keyed):
     """Return the ParameterEvent of a single frame; see FrameMessage."""
-    return FrameMessage(node_name).fill(tag, wind, keyed)
+    return FrameMessage(node_name).fill(frame, wind, keyed)
 
 
 def read_parameters(message):
     """
-    Return (tag, wind, keyed) of a ParameterEvent made by `parameters_message`.
+    Return (frame, wind, keyed) of a ParameterEvent made by `parameters_message`.
 
-    A message without the frame's place in a take, such as one typed by hand, has a tag with take
-    None: it is ordered by its stamp alone. Raises ValueError for one without a finite wind.
+    A message without the frame's place in a take, such as one typed by hand, has take None: it is
+    ordered by its stamp alone. Raises ValueError for one without a finite wind.
     """
     try:
         values = {p.name: parameter_value_to_python(p.value) for p in message.changed_parameters}
@@ -239,14 +239,14 @@ def read_parameters(message):
     if not np.isfinite(wind).all():
         raise ValueError(f'wind must be finite, not {wind.tolist()}')
     stamp = to_stamp(message.stamp)
-    place = [values.pop(name, None) for name in TAG_NAMES]
+    place = [values.pop(name, None) for name in FRAME_NAMES]
     if any(type(part) is not int for part in place):
         if place != [None, None, None]:
-            raise ValueError(f'{", ".join(TAG_NAMES)} must be whole numbers, not {place}')
+            raise ValueError(f'{", ".join(FRAME_NAMES)} must be whole numbers, not {place}')
         place = [None, stamp, stamp]
     if not 0 <= place[2] <= place[1]:
         raise ValueError(f'frame.oldest {place[2]} is not from 0 to frame.index {place[1]}')
-    return Tag(stamp, *place), wind, values
+    return FrameId(stamp, *place), wind, values
 
 
 def owed_alone(data):
@@ -258,10 +258,10 @@ def owed_alone(data):
     """
     try:
         message = deserialize_message(data, ParameterEvent)
-        tag, _, _ = read_parameters(message)
+        frame, _, _ = read_parameters(message)
     except (RuntimeError, ValueError):
         return data
-    for parameter in message.changed_parameters if tag.take is not None else ():
+    for parameter in message.changed_parameters if frame.take is not None else ():
         if parameter.name == 'frame.oldest':
-            parameter.value.integer_value = tag.index
+            parameter.value.integer_value = frame.index
     return serialize_message(message)

@@ -12,10 +12,10 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""A ROS node whose parameters are dials: declared, checked and refused in one place."""
+"""A ROS node whose parameters are parameters: declared, checked and refused in one place."""
 import difflib
 
-from flag_sim.declarations.catalogue import NODES, SCENE
+from flag_sim.declarations.nodes import NODES, SCENE
 from flag_sim.protocol.stopwatch import Stopwatch
 from flag_sim.ros.qos_overrides import ignored_overrides, PREFIX
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange
@@ -35,9 +35,9 @@ class BadParameter(ValueError):
     """A node cannot start with the parameters that it was given; the message is for the user."""
 
 
-class DialNode(Node):
+class ParameterNode(Node):
     """
-    A node whose parameters are `dials`.
+    A node whose parameters are `parameters`.
 
     A value is refused with the rule and the value: at the start by BadParameter, while running by
     the result of the service. rclpy's own check of a descriptor's range names neither, and its
@@ -45,11 +45,11 @@ class DialNode(Node):
     `set_parameters_atomically`, through which every way of setting a parameter goes.
     """
 
-    def __init__(self, name, dials, **options):
+    def __init__(self, name, declarations, **options):
         super().__init__(name, **options)
         self.ended = Future()  # set to the exit status when the node has nothing left to do
         self._stopwatch = Stopwatch()
-        self._dials = {dial.name: dial for dial in dials}
+        self._declarations = {declaration.name: declaration for declaration in declarations}
         self.values = {}
         self._declare()
 
@@ -75,10 +75,10 @@ class DialNode(Node):
         given = {name: [] if parameter.value is None else parameter.value
                  for name, parameter in self._parameter_overrides.items()}
         try:
-            for dial in self._dials.values():
-                self.values[dial.name] = self.accept(
-                    dial.name, given.pop(dial.name, dial.default))
-                self._declare_one(dial.name, dial.item, _descriptor(dial))
+            for declaration in self._declarations.values():
+                self.values[declaration.name] = self.accept(
+                    declaration.name, given.pop(declaration.name, declaration.default))
+                self._declare_one(declaration.name, declaration.item, _descriptor(declaration))
             self.adopt(given)
             self.check(self.values)
         except ValueError as error:
@@ -98,10 +98,10 @@ class DialNode(Node):
 
     def _warn_of(self, name):
         """Warn of a name that nobody reads; rclpy would ignore it without a word."""
-        if name in {dial.name for dial in SCENE}:
-            return  # shared dials are given to all nodes by '/**'
-        for node, dials in NODES.items():
-            if name in {dial.name for dial in dials}:
+        if name in {declaration.name for declaration in SCENE}:
+            return  # shared parameters are given to all nodes by '/**'
+        for node, declarations in NODES.items():
+            if name in {declaration.name for declaration in declarations}:
                 self.get_logger().warning(f"parameter '{name}' is one of /{node}, not of "
                                           f'/{self.get_name()}: it is ignored')
                 return
@@ -113,21 +113,21 @@ class DialNode(Node):
             self.get_logger().warning(words)
 
     def _near(self, name):
-        near = difflib.get_close_matches(name, self._dials, n=1)
+        near = difflib.get_close_matches(name, self._declarations, n=1)
         return f"; the nearest known one is '{near[0]}'" if near else ''
 
     def adopt(self, given):
-        """Take from `given` {name: value} names beyond the dials; what is left is warned of."""
+        """Take from `given` {name: value} undeclared names; what is left is warned of."""
 
     def accept(self, name, value):
         """Return `value` as parameter `name` would hold it; raise ValueError if it may not."""
-        if name not in self._dials:
+        if name not in self._declarations:
             raise ValueError(f"no parameter '{name}'{self._near(name)}")
-        return self._dials[name].accept(value)
+        return self._declarations[name].accept(value)
 
     def item_of(self, name):
         """Return the type of what the list of parameter `name` holds, which an empty one hides."""
-        return self._dials[name].item if name in self._dials else str
+        return self._declarations[name].item if name in self._declarations else str
 
     def check_deletion(self, name):
         """Raise ValueError unless parameter `name` may be deleted."""
@@ -174,7 +174,7 @@ class DialNode(Node):
         """Return `value` as accept does; raise ValueError also where only the start counts."""
         is_override = name.startswith(PREFIX)
         accepted = None if is_override else self.accept(name, value)
-        if is_override or (name in self._dials and self._dials[name].fixed):
+        if is_override or (name in self._declarations and self._declarations[name].fixed):
             raise ValueError(f'{name} is fixed at the start of the node')
         return accepted
 
@@ -192,15 +192,15 @@ def to_parameter(name, value, item=str):
     return Parameter(name, value=value)
 
 
-def _descriptor(dial):
-    descriptor = ParameterDescriptor(description=f'{dial.effect} [{dial.unit}]' if dial.unit
-                                     else dial.effect)
-    descriptor.additional_constraints = f'must be {dial.rule}'
-    descriptor.read_only = dial.fixed
-    if dial.low is not None and isinstance(dial.default, float):
+def _descriptor(declaration):
+    unit = f' [{declaration.unit}]' if declaration.unit else ''
+    descriptor = ParameterDescriptor(description=declaration.effect + unit)
+    descriptor.additional_constraints = f'must be {declaration.rule}'
+    descriptor.read_only = declaration.fixed
+    if declaration.low is not None and isinstance(declaration.default, float):
         descriptor.floating_point_range = [
-            FloatingPointRange(from_value=dial.low, to_value=dial.high)]
-    elif dial.low is not None and isinstance(dial.default, int):
+            FloatingPointRange(from_value=declaration.low, to_value=declaration.high)]
+    elif declaration.low is not None and isinstance(declaration.default, int):
         descriptor.integer_range = [
-            IntegerRange(from_value=dial.low, to_value=dial.high, step=1)]
+            IntegerRange(from_value=declaration.low, to_value=declaration.high, step=1)]
     return descriptor

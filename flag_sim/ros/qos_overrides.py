@@ -25,7 +25,7 @@ DEEPEST = 2**31 - 1  # history [messages]
 
 
 def _given(node):
-    # rclpy's private record of what was given at the start; see DialNode.
+    # rclpy's private record of what was given at the start; see ParameterNode.
     return {name: parameter.value for name, parameter in node._parameter_overrides.items()
             if name.startswith(PREFIX)}
 

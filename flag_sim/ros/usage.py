@@ -16,7 +16,7 @@
 import inspect
 import textwrap
 
-from flag_sim.declarations.catalogue import NODES
+from flag_sim.declarations.nodes import NODES
 
 WIDTH = 99
 TAIL = """\
@@ -38,12 +38,15 @@ def usage(node_class):
         f'usage: {name} [--help] [--ros-args [-p PARAMETER:=VALUE]... [--params-file FILE]...',
         f'{"":{len(name) + 7}} [-r FROM:=TO]... [-r __ns:=/NAMESPACE]]', '',
         inspect.getdoc(node_class), '', 'Parameters, with their defaults:',
-        *(line for dial in NODES[name] for line in _lines(dial)), '', TAIL.format(name=name)])
+        *(line for declaration in NODES[name] for line in _lines(declaration)), '',
+        TAIL.format(name=name)])
 
 
-def _lines(dial):
-    default = f'  {dial.name}: {_words(dial.default)}' + (f' {dial.unit}' if dial.unit else '')
-    effect = f'{dial.effect}; {dial.rule}' + ('; at the start' if dial.fixed else '')
+def _lines(declaration):
+    unit = f' {declaration.unit}' if declaration.unit else ''
+    default = f'  {declaration.name}: {_words(declaration.default)}{unit}'
+    start = '; at the start' if declaration.fixed else ''
+    effect = f'{declaration.effect}; {declaration.rule}{start}'
     return [default, *textwrap.wrap(effect, WIDTH, initial_indent=' ' * 6,
                                     subsequent_indent=' ' * 6)]
 

@@ -19,9 +19,9 @@ import tracemalloc
 from flag_sim.animation.gusts import Gusts
 from flag_sim.animation.timeline import Timeline
 from flag_sim.animation.tracks import Track
-from flag_sim.animation.wind_source import Weather
+from flag_sim.animation.wind_source import WindSource
 from flag_sim.animation.wind_vector import Passage, wind_vector
-from flag_sim.declarations.catalogue import NODES
+from flag_sim.declarations.nodes import defaults
 import numpy as np
 import pytest
 
@@ -154,31 +154,31 @@ class CountedTrack(Track):
 
 def weather_values(**changes):
     """Return the wind's values, changed."""
-    return {**{dial.name: dial.default for dial in NODES['wind']},
+    return {**defaults('wind'),
             **{name.replace('__', '.'): value for name, value in changes.items()}}
 
 
-def test_a_dial_that_is_turned_after_a_week_without_gusts_has_no_past_to_catch_up():
+def test_a_parameter_that_is_turned_after_a_week_without_gusts_has_no_past_to_catch_up():
     """Neither the one that is turned nor the gusts that it may bring."""
     speed = CountedTrack([0.0, 9.0], [2.0, 12.0])
     timeline = Timeline({'wind.speed': speed}, loop=True)
-    weather = Weather(weather_values(), timeline)
-    weather.at(WEEK)
-    weather = weather.turned(weather_values(azimuth=1.0), timeline, WEEK)
-    weather = weather.turned(weather_values(gust__intensity=0.3), timeline, WEEK)
-    weather.at(WEEK)
+    source = WindSource(weather_values(), timeline)
+    source.at(WEEK)
+    source = source.continued(weather_values(azimuth=1.0), timeline, WEEK)
+    source = source.continued(weather_values(gust__intensity=0.3), timeline, WEEK)
+    source.at(WEEK)
     assert speed.asked < 10
-    weather.at(WEEK + 1.0)
+    source.at(WEEK + 1.0)
     assert 64 < speed.asked < 90  # gusts are carried from here on
 
 
-def test_turning_a_dial_changes_no_gust_that_is_in_the_air():
-    """The wind goes on from where it is; other dials than the weather's leave it as it is."""
+def test_turning_a_parameter_changes_no_gust_that_is_in_the_air():
+    """The wind goes on from where it is; other parameters than its own leave it as it is."""
     values, timeline = weather_values(gust__intensity=0.3), Timeline({})
-    weather = Weather(values, timeline)
-    assert weather.turned({**values, 'paused': True, 'rate': 50.0}, timeline, 3.21) is weather
-    turned = weather.turned({**values, 'speed': 12.0}, timeline, 3.21)
-    assert np.allclose(turned.at(3.21), 2.0 * weather.at(3.21), rtol=1e-12)
+    source = WindSource(values, timeline)
+    assert source.continued({**values, 'paused': True, 'rate': 50.0}, timeline, 3.21) is source
+    continued = source.continued({**values, 'speed': 12.0}, timeline, 3.21)
+    assert np.allclose(continued.at(3.21), 2.0 * source.at(3.21), rtol=1e-12)
 
 
 @pytest.mark.parametrize('loop', [False, True])
@@ -188,7 +188,7 @@ def test_the_wind_of_a_shot_does_not_depend_on_the_frame_rate(loop):
         'wind.speed': Track([0.0, 2.0, 9.0], [2.0, 12.0, 6.0], ['cubic'] * 3),
         'wind.gust.intensity': Track([0.0, 3.0, 4.0], [0.0, 0.0, 0.3])}, loop=loop)
     values = weather_values(gust__seed=4)
-    fine, coarse, once = (Weather(values, timeline) for _ in range(3))
+    fine, coarse, once = (WindSource(values, timeline) for _ in range(3))
     at_240 = {k: fine.at(k / 240.0) for k in range(2401)}
     for k in range(301):
         assert np.array_equal(at_240[8 * k], coarse.at(k / 30.0))

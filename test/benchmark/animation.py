@@ -25,11 +25,12 @@ from pathlib import Path
 import statistics
 import time
 
-from flag_sim.animation.wind_source import Weather
-from flag_sim.declarations import keys
-from flag_sim.declarations.catalogue import NODES
+from flag_sim.animation import keys
+from flag_sim.animation.wind_source import WindSource
+from flag_sim.declarations.nodes import defaults, NODES
+from flag_sim.declarations.targets import TARGETS
 from flag_sim.parameters.arguments import given_path
-from flag_sim.protocol.frames import Tag
+from flag_sim.protocol.frames import FrameId
 from flag_sim.ros import messages
 from flag_sim.ros.topics import publish
 import numpy as np
@@ -43,18 +44,18 @@ LAWS = ('linear', 'ease', 'cubic', 'step')
 
 def animation():
     """Return the wind's values with keys for the first tracks that can be keyed."""
-    values = {dial.name: dial.default for dial in NODES['wind']}
+    values = defaults('wind')
     values.update({'tracks': [], 'gust.intensity': 0.2})
     source = np.random.default_rng(1)
     times = np.cumsum(source.uniform(0.1, 0.5, KEYS)).tolist()
     for node in ('renderer', 'physics', 'wind'):
-        for dial in NODES[node]:
-            name = f'{node}.{dial.name}'
+        for declaration in NODES[node]:
+            name = f'{node}.{declaration.name}'
             if len(values['tracks']) == TRACKS or not is_number(name):
                 continue
-            low, high = max(dial.low, -100.0), min(dial.high, 100.0)
-            keyed = source.uniform(low, high, KEYS * (dial.length or 1))
-            if isinstance(dial.default, int):
+            low, high = max(declaration.low, -100.0), min(declaration.high, 100.0)
+            keyed = source.uniform(low, high, KEYS * (declaration.length or 1))
+            if isinstance(declaration.default, int):
                 keyed = np.round(keyed)
             values['tracks'].append(name)
             values[keys.key_name(name, 'times')] = times
@@ -67,7 +68,7 @@ def animation():
 def is_number(track):
     """Return whether a track can be made of a parameter, and interpolates."""
     try:
-        return keys.target_dial(track).low is not None
+        return keys.target_declaration(track).low is not None
     except ValueError:
         return False
 
@@ -90,22 +91,22 @@ def main():
     options = parser.parse_args()
     frames = 20 if options.quick else FRAMES
     values, end = animation()
-    timeline = keys.read_timeline(values)
-    weather = Weather(values, timeline)
+    timeline = keys.read_timeline(values, TARGETS)
+    source = WindSource(values, timeline)
     times = np.linspace(0.0, end, frames).tolist()
     step = times[1]
-    tag = Tag(0, 1, 0, 0)
-    keyed, wind = keys.values_at(timeline, 1.0), weather.at(1.0)
+    frame = FrameId(0, 1, 0, 0)
+    keyed, wind = keys.values_at(timeline, 1.0, TARGETS), source.at(1.0)
     with rclpy.init():
         node = Node('benchmark')
         out = publish(node, 'parameters')
-        frame = messages.FrameMessage('/wind')
-        message = frame.fill(tag, wind, keyed)
+        frame_message = messages.FrameMessage('/wind')
+        message = frame_message.fill(frame, wind, keyed)
         rows = {
-            'values of the tracks': lambda at: keys.values_at(timeline, at),
-            'wind with gusts': weather.at,
+            'values of the tracks': lambda at: keys.values_at(timeline, at, TARGETS),
+            'wind with gusts': source.at,
             'crossed keys': lambda at: timeline.crossed(at - step, at),
-            'message': lambda at: frame.fill(tag, wind, keyed),
+            'message': lambda at: frame_message.fill(frame, wind, keyed),
             'publication': lambda at: out.publish(message),
         }
         result = {what: round(median_ms(work, times), 4) for what, work in rows.items()}

@@ -34,7 +34,7 @@ BOUNDED = [name for name in SOLVERS if name not in ('euler', 'seed')]
 """The methods that diverge in no material and no air."""
 
 
-def random_dials(rng, rows, columns, length, width):
+def random_parameters(rng, rows, columns, length, width):
     """Return a material and a division into steps from far beyond any scene."""
     def often_zero(low, high, chance):
         return 0.0 if rng.random() < chance else 10.0**rng.uniform(low, high)
@@ -48,7 +48,7 @@ def random_dials(rng, rows, columns, length, width):
 
 
 def random_air(rng):
-    """Return air of any law, as thick and as rough as the node's dials go and far thinner."""
+    """Return air of any law, as thick and as rough as the node's parameters go and far thinner."""
     return Air(10.0**rng.uniform(-3.0, 3.0), 10.0**rng.uniform(-2.0, 2.0), rng.choice(list(LAWS)))
 
 
@@ -122,20 +122,21 @@ def test_random_extremes_stay_bounded(solver, part, precision):
     """
     Finite, within reach of the hoist, and no faster than wind and weight can make them.
 
-    The dials change twice on the way. A frame may be refused for its speed only where the letter
-    of 1.3, whose push nothing weakens, can make a node so fast; it then leaves all as it was.
+    The parameters change twice on the way. A frame may be refused for its speed only where the
+    letter of 1.3, whose push nothing weakens, can make a node so fast; it then leaves all as it
+    was.
     """
     rng = np.random.default_rng(part)
     for _ in range(EXTREMES // 10):
         shape = rng.integers(2, 22), rng.integers(2, 32), *10.0**rng.uniform(-1.0, 1.0, 2)
-        material, stepping = random_dials(rng, *shape)
+        material, stepping = random_parameters(rng, *shape)
         limit = rng.choice([0.1, 0.5, 1.0, 3.0])
         cloth = Cloth(*shape, material=material, air=random_air(rng), stepping=stepping,
                       solver=solver, stretch_limit=limit, precision=precision)
         dt, wind = 10.0**rng.uniform(-5.0, 0.0), random_wind(rng)
         for frame in range(9):
             if frame in (3, 6):
-                cloth.material, cloth.stepping = random_dials(rng, *shape)
+                cloth.material, cloth.stepping = random_parameters(rng, *shape)
                 cloth.air, wind = random_air(rng), random_wind(rng)
             greatest = swapped(cloth) * greatest_energy(cloth, dt, wind)
             before = cloth.positions
@@ -220,7 +221,7 @@ def test_reach_and_pole_hold_together(part):
     held = 0
     for _ in range(EXTREMES // 10):
         shape = rng.integers(2, 12), rng.integers(2, 16), *10.0**rng.uniform(-0.5, 0.5, 2)
-        material, stepping = random_dials(rng, *shape)
+        material, stepping = random_parameters(rng, *shape)
         limit, radius = rng.choice([0.0, 0.1, 1.0]), 10.0**rng.uniform(-1.5, 1.0)
         cloth = Cloth(*shape, hoist_top=(radius, 0.0, 8.9), pole=(0.0, 0.0, radius),
                       material=material, stepping=stepping, stretch_limit=limit)

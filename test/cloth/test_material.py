@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The sheet is the material that the dials name, whatever the grid and the shape of its cells."""
+"""The sheet is the material that is asked for, whatever the grid and the shape of its cells."""
 import math
 
 from flag_sim.cloth.energy import bending_energy, elastic_energy
@@ -28,11 +28,11 @@ SIZE = (2.0, 1.5)
 GRIDS = [(16, 21), (31, 41), (16, 31), (31, 28), (11, 17)]
 
 
-def sheet(rows, columns, length=SIZE[0], width=SIZE[1], **dials):
+def sheet(rows, columns, length=SIZE[0], width=SIZE[1], **parameters):
     """Return a model of the test's material, and its flat positions."""
-    dials = {'stiffness': K, 'shear_stiffness': G, 'bend_stiffness': B, **dials}
+    parameters = {'stiffness': K, 'shear_stiffness': G, 'bend_stiffness': B, **parameters}
     mesh = Mesh(rows, columns, length, width)
-    return Model(mesh, Material(**dials)), mesh.rest((0.0, 0.0, 0.0))
+    return Model(mesh, Material(**parameters)), mesh.rest((0.0, 0.0, 0.0))
 
 
 @pytest.mark.parametrize('rows, columns', GRIDS)
@@ -132,7 +132,7 @@ def test_damping_is_the_ratio_of_two_nodes_on_a_spring(rows, columns):
         assert c == pytest.approx(0.3 * math.sqrt(2.0 * k * model.cell_mass), rel=1e-12)
 
 
-@pytest.mark.parametrize('kind, dials, rule', [
+@pytest.mark.parametrize('kind, parameters, rule', [
     (Material, {'area_density': 0.0}, 'area_density must be greater than 0, not 0'),
     (Material, {'area_density': -1.0}, 'area_density must be greater than 0, not -1'),
     (Material, {'stiffness': -1.0}, 'stiffness must be between 0'),
@@ -148,8 +148,8 @@ def test_damping_is_the_ratio_of_two_nodes_on_a_spring(rows, columns):
     (Stepping, {'step_safety': 0.0}, 'step_safety must be between'),
     (Stepping, {'step_safety': 1.01}, 'step_safety must be between'),
     (Stepping, {'substeps_limit': 0}, 'substeps_limit must be between 1')])
-def test_bad_dials_are_refused_by_name(kind, dials, rule):
-    """The message names the dial, the rule and the value."""
+def test_bad_parameters_are_refused_by_name(kind, parameters, rule):
+    """The message names the parameter, the rule and the value."""
     with pytest.raises(ValueError) as error:
-        kind(**dials)
+        kind(**parameters)
     assert rule in str(error.value)

@@ -32,10 +32,10 @@ DENSITY = 0.2
 GRIDS = [(11, 16), (21, 31), (41, 61), (81, 121)]
 
 
-def free_plate(grid, size, bend, **dials):
+def free_plate(grid, size, bend, **parameters):
     """Return a cloth that resists nothing but bending, in space."""
     return Cloth(*grid, *size, (0.0, 0.0, 0.0), pinned=False, air=VACUUM, gravity=0.0,
-                 material=Material(DENSITY, 0.0, 0.0, bend, damping=0.0), **dials)
+                 material=Material(DENSITY, 0.0, 0.0, bend, damping=0.0), **parameters)
 
 
 @pytest.mark.parametrize('precision', PRECISIONS)

@@ -105,7 +105,7 @@ def test_precision_changes_between_frames_without_a_jump(solver):
 
 
 def test_a_new_grid_or_size_keeps_the_precision():
-    """Only the dial changes it."""
+    """Only the parameter changes it."""
     cloth = Cloth(5, 7, precision='float32')
     cloth.regrid(6, 8)
     assert cloth.precision == 'float32'

@@ -12,10 +12,10 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The cloth as its users meet it: dials that change, grids that change, input that is wrong."""
+"""The cloth as its users meet it: parameters and grids that change, input that is wrong."""
 import dataclasses
 import math
-import time
+import sys
 
 from flag_sim.cloth import Air, Cloth, Diverged, Material, simulation, Stepping
 from flag_sim.cloth.divergence import broken_bound
@@ -29,9 +29,9 @@ import pytest
 WIND = (5.0, 2.0, 0.5)
 
 
-def running(frames=10, **dials):
+def running(frames=10, **parameters):
     """Return a cloth that has been in the wind for some frames."""
-    cloth = Cloth(9, 13, **dials)
+    cloth = Cloth(9, 13, **parameters)
     for _ in range(frames):
         cloth.advance(0.02, WIND)
     return cloth
@@ -84,8 +84,8 @@ def test_the_wind_of_a_frame_blows_in_it():
     {'material': Material(area_density=2.0)}, {'air': Air(density=0.0)}, {'gravity': 0.0},
     {'stepping': Stepping(substeps=200)}, {'air': Air(law='linear')},
     *({'solver': solver} for solver in SOLVERS)], ids=str)
-def test_dials_change_between_frames_without_a_jump(changes):
-    """The state stays as it is; the next frame goes by the new dial."""
+def test_parameters_change_between_frames_without_a_jump(changes):
+    """The state stays as it is; the next frame goes by the new parameter."""
     cloth, same = running(), running()
     before = cloth.positions
     for name, value in changes.items():
@@ -101,7 +101,7 @@ def test_dials_change_between_frames_without_a_jump(changes):
 
 
 def test_whole_numbers_count_as_numbers():
-    """Dials of 1000 and 1000.0 are one dial, to the bit and without compiling anew."""
+    """Parameters of 1000 and 1000.0 are one parameter, to the bit and without compiling anew."""
     whole = running(material=Material(1, 1000, 500, 0, 0, 0), air=Air(1, 1), gravity=9)
     real = running(material=Material(1.0, 1000.0, 500.0, 0.0, 0.0, 0.0), air=Air(1.0, 1.0),
                    gravity=9.0)
@@ -316,12 +316,11 @@ def test_normals_of_a_collapsed_cloth_are_still_unit_vectors():
 
 
 def test_a_frame_costs_little_beyond_its_steps():
-    """A frame of one step on the smallest grid: less than 0.2 ms even on a busy machine."""
+    """A frame of one step on the smallest grid calls few functions: 300 take 0.1 ms."""
     cloth = Cloth(2, 2, stepping=Stepping(substeps_limit=1))
     cloth.advance(1e-3, WIND)
-    times = []
-    for _ in range(200):
-        start = time.perf_counter()
-        cloth.advance(1e-3, WIND)
-        times.append(time.perf_counter() - start)
-    assert min(times) < 2e-4
+    called = []
+    sys.setprofile(lambda frame, event, _: called.append(event) if 'call' in event else None)
+    cloth.advance(1e-3, WIND)
+    sys.setprofile(None)
+    assert 0 < len(called) < 600

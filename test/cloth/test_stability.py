@@ -103,10 +103,10 @@ def test_nothing_to_resist_needs_one_step():
 
 def test_plans_ask_for_what_the_material_needs():
     """Fixed substeps are taken where they are stable, and refined where they are not."""
-    def planned(dt=0.01, omega=1000.0, gamma=0.0, **dials):
+    def planned(dt=0.01, omega=1000.0, gamma=0.0, **parameters):
         return plan(dt, omega, gamma,
                     lambda w, g: SOLVERS['symplectic'].largest_step(w, g, VACUUM),
-                    Stepping(step_safety=0.5, **dials))
+                    Stepping(step_safety=0.5, **parameters))
 
     assert planned() == (10, 10, 1.0, 1.0)
     assert planned(substeps=25) == (10, 25, 1.0, 1.0)

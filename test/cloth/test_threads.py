@@ -21,16 +21,15 @@ import threading
 from flag_sim.cloth import Cloth
 from flag_sim.cloth.mesh import Mesh, PIECE, PRECISIONS
 from flag_sim.cloth.solvers import SOLVERS
-from flag_sim.parallel.barrier import new_barrier, release, wait
 import numpy as np
 import pytest
 
 WIND = (5.0, 2.0, 0.5)
 
 
-def flown(frames=4, grid=(33, 47), **dials):
+def flown(frames=4, grid=(33, 47), **parameters):
     """Return positions after some frames in the wind."""
-    cloth = Cloth(*grid, **dials)
+    cloth = Cloth(*grid, **parameters)
     for _ in range(frames):
         cloth.advance(0.01, WIND)
     return cloth.positions
@@ -68,40 +67,6 @@ def test_every_node_is_in_one_band(grid, bands):
     assert all((first - mesh.first) % PIECE == 0 for first, last, _ in spans if first < last)
     pieces = [-(-int(last - first) // PIECE) for first, last, _ in spans]
     assert max(pieces) - min(pieces) <= 1
-
-
-def test_nobody_leaves_a_barrier_before_all_are_there():
-    """Many waits of three threads, one of which is always late."""
-    barrier, turns, seen = new_barrier(3), 200, []
-    at = np.zeros(3, int)
-
-    def visit(who):
-        for turn in range(1, turns + 1):
-            if who == turn % 3:
-                threading.Event().wait(1e-4)
-            at[who] = turn
-            wait(barrier)
-            seen.append(at.min() >= turn)
-
-    threads = [threading.Thread(target=visit, args=(who,)) for who in range(3)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join(60.0)
-    assert len(seen) == 3 * turns and all(seen)
-
-
-def test_a_released_barrier_holds_nobody():
-    """Neither those who wait there already nor those who come."""
-    barrier = new_barrier(2)
-    waiting = threading.Thread(target=wait, args=(barrier,))
-    waiting.start()
-    waiting.join(0.05)
-    assert waiting.is_alive()
-    release(barrier)
-    waiting.join(10.0)
-    assert not waiting.is_alive()
-    wait(barrier)
 
 
 def test_an_interrupt_leaves_the_cloth_at_the_frames_start(monkeypatch):

@@ -12,15 +12,15 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What dials make: each reaches the part of the library that it is named for, and no other."""
+"""What values make: each reaches the part of the library that it is named for, and no other."""
 from flag_sim.cloth import Air, Material, Stepping
-from flag_sim.declarations.catalogue import NODES
 from flag_sim.declarations.making import cloth_of, hang_of, look_of
+from flag_sim.declarations.nodes import defaults, named
 from flag_sim.drawing import Camera, Light, Materials, Scene, Style, Surface
 import pytest
 
 RED = (205.0, 35.0, 40.0)
-MAKES = {  # a dial, a value, and the part of the look that is no longer as it is born
+MAKES = {  # a parameter, a value, and the part of the look that is no longer as it is born
     'width': (100, 'camera', Camera(width=100)),
     'camera.distance': (3.0, 'camera', Camera(distance=3.0)),
     'sun.azimuth': (0.5, 'light', Light(azimuth=0.5)),
@@ -34,17 +34,18 @@ MAKES = {  # a dial, a value, and the part of the look that is no longer as it i
 
 
 def values_of(node, **changes):
-    """Return {dial: value} of a node: defaults, changed; `__` in a name stands for a dot."""
+    """Return {parameter: value} of a node: defaults, changed; `__` in a name stands for a dot."""
     changes = {name.replace('__', '.'): value for name, value in changes.items()}
-    return {dial.name: dial.default for dial in NODES[node]} | changes
+    return defaults(node) | changes
 
 
-@pytest.mark.parametrize('dial', MAKES)
-def test_a_dial_of_the_look(dial):
+@pytest.mark.parametrize('declaration', MAKES)
+def test_a_parameter_of_the_look(declaration):
     """It changes its own part; all others are as they are born."""
-    value, part, expected = MAKES[dial]
+    value, part, expected = MAKES[declaration]
     born = look_of(values_of('renderer'))
-    assert look_of(values_of('renderer', **{dial: value})) == born._replace(**{part: expected})
+    look = look_of(values_of('renderer', **{declaration: value}))
+    assert look == born._replace(**{part: expected})
 
 
 def test_a_colour_that_fades_to_black_passes_what_people_may_not_give():
@@ -52,7 +53,7 @@ def test_a_colour_that_fades_to_black_passes_what_people_may_not_give():
     assert look.style.background == look.materials.flag.color == (0.0, 0.0, 0.0)
 
 
-def test_the_dials_of_the_cloth():
+def test_the_parameters_of_the_cloth():
     """Every one that is not born so is found in the cloth."""
     cloth = cloth_of(values_of(
         'physics', grid__rows=5, grid__columns=7, flag__length=1.0, flag__width=0.5, stiffness=2.0,

@@ -30,7 +30,7 @@ styles = {'plain': Style(), 'painter': Style(hidden_surface='painter'),
           'samples': Style(samples=4), 'outline': Style(outline=True)}
 for name in sys.argv[1:]:
     picture = Picture()
-    frame = picture.draw(flag, camera=Camera(320, 240), style=styles[name], with_depth=True)
+    frame = picture.draw(flag, camera=Camera(320, 240), style=styles[name], channels=['depth'])
     digest = hashlib.sha256(frame.colour)
     digest.update(frame.depth)
     print(name, digest.hexdigest())

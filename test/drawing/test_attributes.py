@@ -17,9 +17,8 @@ import dataclasses
 import math
 
 from flag_sim.drawing import (
-    body, Camera, flag_scene, interpolate, Light, Materials, Object, Picture, Scene, sheet, Style,
-    Surface)
-from flag_sim.drawing.shapes import box_mesh
+    body, box_mesh, Camera, Dimensions, flag_scene, interpolate, Light, Materials, Object, Picture,
+    sheet, Style, Surface)
 
 import numpy as np
 
@@ -34,7 +33,7 @@ BOX = box_mesh((0.6, -1.2, 7.4), (1.1, -0.8, 7.9))
 def stand(camera=CAMERA):
     """Return the source's scene with a second flag and a box before the first one."""
     second = sheet(wave(9, 13) + [0.3, -0.6, -0.2], surface=Surface((20, 60, 200)), label=4)
-    return [*flag_scene(wave(), None, camera, Materials(), Scene()), second,
+    return [*flag_scene(wave(), None, camera, Materials(), Dimensions()), second,
             body(BOX, Surface((90, 160, 40)), label=5)]
 
 
@@ -45,7 +44,7 @@ def labels(objects):
 
 def test_a_second_flag_and_a_box_are_an_entry_more_each():
     objects = stand()
-    frame = Picture().draw_scene(objects, CAMERA, with_depth=True, with_visibility=True)
+    frame = Picture().draw_scene(objects, CAMERA, channels=['depth', 'visibility'])
     shown = interpolate(frame.visibility, labels(objects), 'triangles', nothing=0)[..., 0]
     assert set(np.unique(shown)) == {0, 1, 2, 4, 5}
     np.testing.assert_array_equal(shown == 0, np.isinf(frame.depth))
@@ -59,15 +58,15 @@ def test_a_second_flag_and_a_box_are_an_entry_more_each():
     alone = Picture().draw(wave(), camera=CAMERA)
     same = Picture().draw_scene(objects[:3], CAMERA)
     np.testing.assert_array_equal(same.colour, alone.colour)
-    box = Picture().draw_scene(objects[-1:], CAMERA, with_depth=True)
+    box = Picture().draw_scene(objects[-1:], CAMERA, channels=['depth'])
     assert np.nanmin(box.depth) == pytest.approx(
         ((BOX.vertices - CAMERA.position) @ CAMERA.pose[2, :3]).min(), rel=1e-2)
 
 
 def test_the_order_of_objects_does_not_matter():
     objects = stand()
-    frame = Picture().draw_scene(objects, CAMERA, with_depth=True)
-    other = Picture().draw_scene(objects[::-1], CAMERA, with_depth=True)
+    frame = Picture().draw_scene(objects, CAMERA, channels=['depth'])
+    other = Picture().draw_scene(objects[::-1], CAMERA, channels=['depth'])
     np.testing.assert_array_equal(frame.depth, other.depth)
     assert np.mean(np.any(frame.colour != other.colour, axis=-1)) < 1e-3
 
@@ -75,8 +74,8 @@ def test_the_order_of_objects_does_not_matter():
 def test_one_picture_serves_changing_scenes():
     picture, objects = Picture(), stand()
     for some in (objects, objects[:2], objects[1:], objects[3:], objects):
-        frame = picture.draw_scene(some, CAMERA, with_visibility=True)
-        fresh = Picture().draw_scene(some, CAMERA, with_visibility=True)
+        frame = picture.draw_scene(some, CAMERA, channels=['visibility'])
+        fresh = Picture().draw_scene(some, CAMERA, channels=['visibility'])
         np.testing.assert_array_equal(frame.colour, fresh.colour)
         for array, expected in zip(frame.visibility, fresh.visibility):
             np.testing.assert_array_equal(array, expected)
@@ -109,7 +108,7 @@ def test_positions_are_where_rays_and_depth_say(view, hidden_surface):
     camera = dataclasses.replace(CAMERA, **view)
     objects = stand(camera)
     frame = Picture().draw_scene(objects, camera, style=Style(hidden_surface=hidden_surface),
-                                 with_depth=True, with_visibility=True)
+                                 channels=['depth', 'visibility'])
     places = interpolate(frame.visibility, [one.vertices for one in objects])
     seen = np.isfinite(frame.depth)
     assert seen.any() and np.isnan(places[~seen]).all()
@@ -123,7 +122,7 @@ def test_positions_are_where_rays_and_depth_say(view, hidden_surface):
 def test_orthographic_positions():
     camera = dataclasses.replace(CAMERA, projection='orthographic')
     objects = stand(camera)
-    frame = Picture().draw_scene(objects, camera, with_depth=True, with_visibility=True)
+    frame = Picture().draw_scene(objects, camera, channels=['depth', 'visibility'])
     places = interpolate(frame.visibility, [one.vertices for one in objects])
     seen = np.isfinite(frame.depth)
     depth = (places[seen] - camera.position) @ camera.pose[2, :3]
@@ -138,7 +137,7 @@ def test_the_colour_is_an_attribute_like_others(interpolation, shading):
     light = Light()
     objects = [one for one in stand() if not one.is_closed]
     style = Style(interpolation=interpolation, shading=shading)
-    frame = Picture().draw_scene(objects, CAMERA, light, style, with_visibility=True)
+    frame = Picture().draw_scene(objects, CAMERA, light, style, channels=['visibility'])
     colours = []
     for one in objects:
         corners = one.vertices[one.triangles]
@@ -164,7 +163,7 @@ def test_normals_and_texture_coordinates():
     objects = [sheet(flag)]
     for azimuth in (-math.pi / 2, math.pi / 2):
         camera = dataclasses.replace(CAMERA, azimuth=azimuth, elevation=0.3)
-        frame = Picture().draw_scene(objects, camera, with_depth=True, with_visibility=True)
+        frame = Picture().draw_scene(objects, camera, channels=['depth', 'visibility'])
         seen = np.isfinite(frame.depth)
         texture = interpolate(frame.visibility, np.stack([u, v], -1).reshape(-1, 2))[seen]
         place = camera.position + frame.depth[seen][:, None] * rays(camera)[seen]
@@ -181,7 +180,7 @@ def test_normals_and_texture_coordinates():
 
 def test_many_channels_and_constants():
     objects = stand()
-    frame = Picture().draw_scene(objects, CAMERA, with_visibility=True)
+    frame = Picture().draw_scene(objects, CAMERA, channels=['visibility'])
     values = [np.broadcast_to(np.arange(7.0), (len(one.vertices), 7)) for one in objects]
     for interpolation in ('screen', 'perspective'):
         shown = interpolate(frame.visibility, values, interpolation=interpolation, nothing=-1.0)
@@ -193,13 +192,12 @@ def test_many_channels_and_constants():
 
 def test_threads_samples_and_outlines_see_the_same():
     objects = stand()
-    frame = Picture().draw_scene(objects, CAMERA, with_visibility=True)
+    frame = Picture().draw_scene(objects, CAMERA, channels=['visibility'])
     for threads, style in ((3, Style()), (1, Style(samples=4))):
-        other = Picture(threads).draw_scene(objects, CAMERA, style=style, with_visibility=True)
+        other = Picture(threads).draw_scene(objects, CAMERA, style=style, channels=['visibility'])
         for array, expected in zip(other.visibility, frame.visibility):
             np.testing.assert_array_equal(array, expected)
-    outlined = Picture().draw_scene(objects, CAMERA, style=Style(outline=True), with_depth=True,
-                                    with_visibility=True)
+    outlined = Picture().draw_scene(objects, CAMERA, style=Style(outline=True), channels=['depth', 'visibility'])
     np.testing.assert_array_equal(outlined.visibility.triangles >= 0,
                                   np.isfinite(outlined.depth))
 
@@ -213,7 +211,7 @@ def test_threads_samples_and_outlines_see_the_same():
     ({'values': [np.zeros((5, 1))], 'at': 'edges'}, 'at must be one of'),
     ({'values': [np.zeros((5, 1))], 'interpolation': 'cubic'}, 'interpolation must be one of')])
 def test_values_that_cannot_be_shown_are_refused(arguments, said):
-    frame = Picture().draw_scene(stand(), CAMERA, with_visibility=True)
+    frame = Picture().draw_scene(stand(), CAMERA, channels=['visibility'])
     with pytest.raises(ValueError, match=said):
         interpolate(frame.visibility, **arguments)
 

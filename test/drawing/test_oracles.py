@@ -15,8 +15,9 @@
 """The default scene against programs by others: Embree's rays and Mesa's llvmpipe."""
 import math
 
-from flag_sim.drawing import Camera, Light, Materials, Scene, Style
-from flag_sim.drawing.scene import flag_scene, SceneBuffers
+from flag_sim.drawing import Camera, Dimensions, Light, Materials, Style
+from flag_sim.drawing.scene import flag_scene
+from flag_sim.drawing.scene_buffers import SceneBuffers
 from flag_sim.drawing.shading import shade
 
 import numpy as np
@@ -41,10 +42,10 @@ VIEWS = {
 
 def assemble(camera):
     """Join flag, pole and platform as the picture does: the objects and their buffers."""
-    objects = flag_scene(wave(), None, camera, Materials(), Scene())
+    objects = flag_scene(wave(), None, camera, Materials(), Dimensions())
     buffers = SceneBuffers(objects)
-    for piece in buffers.give(objects):
-        buffers.take(piece)
+    for chunk in buffers.begin_frame(objects):
+        buffers.load(chunk)
     return objects, buffers
 
 
@@ -52,11 +53,11 @@ def embree_depth(camera):
     """Cast a ray through the centre of every pixel: depth (height, width), inf for nothing."""
     scenes = pytest.importorskip('embreex.rtcore_scene', reason='embreex is not installed')
     from embreex.mesh_construction import TriangleMesh
-    _, assembly = assemble(camera)
+    _, buffers = assemble(camera)
     # Embree's single precision is best near the camera.
-    corners = (assembly.points - camera.position) @ camera.pose[:3, :3].T
+    corners = (buffers.positions - camera.position) @ camera.pose[:3, :3].T
     scene = scenes.EmbreeScene()
-    TriangleMesh(scene, corners[assembly.triangles].astype(np.float32))
+    TriangleMesh(scene, corners[buffers.triangles].astype(np.float32))
     v, u = np.mgrid[:camera.height, :camera.width]
     ways = np.stack([(u - camera.centre[0]) / camera.focal,
                      (v - camera.centre[1]) / camera.focal, np.ones(u.shape)], axis=-1)
@@ -131,14 +132,14 @@ def llvmpipe_image(camera, light, interpolation, background):
         pytest.skip(f'Mesa is not installed: {error}')
     if 'llvmpipe' not in context.info['GL_RENDERER']:
         pytest.skip(f'not llvmpipe: {context.info["GL_RENDERER"]}')
-    objects, assembly = assemble(camera)
-    points = assembly.points @ camera.pose[:3, :3].T + camera.pose[:3, 3]
+    objects, buffers = assemble(camera)
+    points = buffers.positions @ camera.pose[:3, :3].T + camera.pose[:3, 3]
     image = points @ camera.K.T
     # Snapped as by the picture; a corner's place is what both must agree on.
     places = np.floor(image[:, :2] / image[:, 2:] * 256 + 0.5) / 256
     colours = np.empty((len(points), 2, 3))
-    for one, (vertices, _) in zip(objects, assembly.parts):
-        shade(assembly.points[vertices], assembly.normals[vertices], camera.viewpoint,
+    for one, (vertices, _) in zip(objects, buffers.slices):
+        shade(buffers.positions[vertices], buffers.normals[vertices], camera.viewpoint,
               one.surface, light, colours[vertices])
     data = np.column_stack([places, 1.0 / points[:, 2], colours[:, 0], colours[:, 1]])
     word = '' if interpolation == 'perspective' else 'noperspective'
@@ -151,8 +152,8 @@ def llvmpipe_image(camera, light, interpolation, background):
     vertices = context.buffer(data.astype(np.float32).tobytes())
     context.enable(context.DEPTH_TEST)
     # Closed bodies hide their backs; the flag shows both sides.
-    for triangles, cull in ((assembly.triangles[assembly.is_closed == 0], False),
-                            (assembly.triangles[assembly.is_closed == 1], True)):
+    for triangles, cull in ((buffers.triangles[buffers.is_closed == 0], False),
+                            (buffers.triangles[buffers.is_closed == 1], True)):
         (context.enable if cull else context.disable)(context.CULL_FACE)
         numbers = context.buffer(np.ascontiguousarray(triangles).tobytes())
         context.vertex_array(program, [(vertices, '3f 3f 3f', 'screen', 'front', 'back')],

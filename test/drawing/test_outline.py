@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """Outlines against Bresenham's own algorithm, and hidden ones."""
-from flag_sim.drawing import Camera, Light, Materials, Picture, Scene, Style, Surface
+from flag_sim.drawing import Camera, Dimensions, Light, Materials, Picture, Style, Surface
 
 import numpy as np
 
@@ -22,7 +22,7 @@ import pytest
 from support.flags import wave
 from support.pictures import DepthPicture
 
-NOTHING = Scene(pole_visible=False, platform_visible=False)
+NOTHING = Dimensions(pole_visible=False, platform_visible=False)
 LIGHT = Light(intensity=0.0, ambient=1.0)
 # One metre a pixel; the origin is the centre of pixel (20, 15).
 CAMERA = Camera(41, 31, 'orthographic', scale=31.0, target=(0, 0, 0), elevation=0.0)
@@ -88,7 +88,7 @@ def test_hidden_edges_stay_hidden(order):
     alone, hidden = (Picture().draw(cloth, None, camera, LIGHT, Materials(Surface(RED)), NOTHING,
                                     Style(outline=True)).colour for cloth in (wall, both))
     picture = DepthPicture()
-    picture.draw(wall, camera=camera, scene=NOTHING).colour
+    picture.draw(wall, camera=camera, dimensions=NOTHING).colour
     v, u = np.nonzero(np.isfinite(picture.frame.depth))
     inside = np.zeros(alone.shape[:2], bool)
     inside[v, u] = True

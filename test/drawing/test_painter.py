@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """The painter's order, and how far its picture is from the Z-buffer's."""
-from flag_sim.drawing import Camera, Scene, Style
+from flag_sim.drawing import Camera, Dimensions, Style
 from flag_sim.drawing.painter import far_to_near
 
 import numpy as np
@@ -36,12 +36,12 @@ def test_the_farthest_is_first_and_equals_keep_their_order():
 
 
 def test_a_lone_sheet_is_the_same_picture():
-    nothing = Scene(pole_visible=False, platform_visible=False)
+    nothing = Dimensions(pole_visible=False, platform_visible=False)
     flag = wave()
     flag[..., 1] *= 0.2  # no part of it hides another
     pictures = DepthPicture(), DepthPicture()
-    np.testing.assert_array_equal(pictures[0].draw(flag, scene=nothing).colour,
-                                  pictures[1].draw(flag, scene=nothing, style=PAINTER).colour)
+    np.testing.assert_array_equal(pictures[0].draw(flag, dimensions=nothing).colour,
+                                  pictures[1].draw(flag, dimensions=nothing, style=PAINTER).colour)
     np.testing.assert_array_equal(pictures[0].frame.depth, pictures[1].frame.depth)
 
 

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """The kernels against the page for learners, triangle by triangle."""
-from flag_sim.drawing import Camera, Light, Materials, Picture, Scene, Style, Surface
+from flag_sim.drawing import Camera, Dimensions, Light, Materials, Picture, Style, Surface
 from flag_sim.drawing.mesh import grid_triangles
 from flag_sim.drawing.plain import draw_triangle
 
@@ -23,7 +23,7 @@ import pytest
 
 from support.flags import wave
 
-NOTHING = Scene(pole_visible=False, platform_visible=False)
+NOTHING = Dimensions(pole_visible=False, platform_visible=False)
 
 
 @pytest.mark.parametrize('interpolation', ['screen', 'perspective'])
@@ -32,7 +32,7 @@ def test_a_flag_triangle_by_triangle(interpolation, rows, columns):
     camera, flag = Camera(160, 120, distance=3.0, azimuth=-1.1), wave(rows, columns)
     light = Light(intensity=0.6, ambient=0.2)
     frame = Picture().draw(flag, None, camera, light, Materials(Surface((200, 120, 60))), NOTHING,
-                           Style((0, 0, 0), interpolation=interpolation), with_depth=True)
+                           Style((0, 0, 0), interpolation=interpolation), channels=['depth'])
     points, triangles = flag.reshape(-1, 3), grid_triangles(rows, columns)
     seen = points @ camera.pose[:3, :3].T + camera.pose[:3, 3]
     image = seen @ camera.K.T

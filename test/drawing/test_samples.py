@@ -16,7 +16,7 @@
 import dataclasses
 import math
 
-from flag_sim.drawing import Camera, Light, Materials, Picture, Scene, Style, Surface
+from flag_sim.drawing import Camera, Dimensions, Light, Materials, Picture, Style, Surface
 from flag_sim.drawing.multisample import PATTERNS
 
 import numpy as np
@@ -125,7 +125,7 @@ def test_patterns_miss_less_than_the_standard_ones(samples, most):
 def test_a_straight_edge_has_the_coverage_of_its_samples():
     # An upright edge at u = 20 + part of an orthographic image with one metre a pixel.
     camera = Camera(41, 31, 'orthographic', scale=31.0, target=(0, 0, 0), elevation=0.0)
-    nothing = Scene(pole_visible=False, platform_visible=False)
+    nothing = Dimensions(pole_visible=False, platform_visible=False)
     black, white = (0.0, 0.0, 0.0), (255.0, 255.0, 255.0)
     for samples in (4, 8, 16):
         for part in (-0.47, -0.2, 0.03, 0.31):
@@ -166,7 +166,7 @@ def test_nothing_of_earlier_frames_is_left():
     for number in range(40):
         look = {'camera': Camera(61, 47, distance=rng.choice([0.0, 3.0, 9.0]),
                                  azimuth=rng.uniform(-3, 3), elevation=rng.uniform(-1.5, 1.5)),
-                'scene': Scene(pole_visible=number % 3 > 0, platform_visible=number % 4 > 1),
+                'dimensions': Dimensions(pole_visible=number % 3 > 0, platform_visible=number % 4 > 1),
                 'style': Style(samples=(1, 4, 8)[number % 3], outline=number % 5 == 0)}
         flag = wave(5, 7, phase=number) + rng.normal(size=3)
         np.testing.assert_array_equal(picture.draw(flag, **look).colour,

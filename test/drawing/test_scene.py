@@ -17,7 +17,7 @@ import collections
 import dataclasses
 import math
 
-from flag_sim.drawing import Camera, Scene
+from flag_sim.drawing import Camera, Dimensions
 from flag_sim.drawing.mesh import face_normals, grid_triangles, vertex_normals
 from flag_sim.drawing.shapes import platform_mesh, pole_mesh
 
@@ -25,7 +25,7 @@ import numpy as np
 
 import pytest
 
-SCENE = Scene()
+SCENE = Dimensions()
 
 
 def polygon_area(segments, radius):
@@ -154,7 +154,7 @@ def test_chords_miss_their_circle_by_a_fifth_of_a_pixel_and_no_less_than_needed(
     ('pole_diameter', 1.0, 'platform_side must be greater than pole_diameter 1.0, not 1.0')])
 def test_what_cannot_be_built_is_refused(name, value, rule):
     with pytest.raises(ValueError, match=rule):
-        Scene(**{name: value})
+        Dimensions(**{name: value})
 
 
 def test_grid_triangles_are_the_cells_halves():

@@ -15,7 +15,7 @@
 """An animation that is edited while it plays: what is taken, what is refused, what goes on."""
 import math
 
-from flag_sim.declarations.catalogue import WIND
+from flag_sim.declarations.nodes import WIND
 from flag_sim.ros.messages import read_parameters
 from flag_sim.tools.graph import Graph
 import numpy as np
@@ -46,7 +46,7 @@ class Played:
         del self._messages[:]
         eventually(lambda: len(self._messages) >= count, self.watcher)
         frames = [read_parameters(message) for message in self._messages]
-        return [(tag.stamp / 1e9, wind, keyed) for tag, wind, keyed in frames]
+        return [(frame.stamp / 1e9, wind, keyed) for frame, wind, keyed in frames]
 
     def assert_goes_on(self):
         """Assert that the track plays as it was given at the start."""
@@ -102,11 +102,11 @@ def test_what_cannot_be_played_is_refused_and_the_animation_goes_on(played, name
 
 
 def test_no_number_may_be_none(played):
-    """Each dial of the wind that is a number refuses NaN and infinity."""
-    for dial in WIND:
-        if type(dial.default) in (int, float):
+    """Each parameter of the wind that is a number refuses NaN and infinity."""
+    for declaration in WIND:
+        if type(declaration.default) in (int, float):
             for value in (math.nan, math.inf, -math.inf):
-                result = played.watcher.put(played.client, dial.name, value)
+                result = played.watcher.put(played.client, declaration.name, value)
                 assert not result.successful and f'not {value}' in result.reason
     played.assert_goes_on()
 
@@ -125,7 +125,7 @@ def test_a_group_with_a_fault_changes_nothing(played, way):
 
 @pytest.mark.parametrize('way', ['load', 'put_atomically'])
 def test_tracks_are_set_replaced_and_removed_while_they_play(tmp_path, domain, way):
-    """Lists of other lengths count at once, and a removed track leaves the dial's own value."""
+    """Lists of other lengths count at once, and a removed track leaves the parameter's value."""
     with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
         played = Played(graph, watcher)
         put = getattr(watcher, way)
@@ -155,7 +155,7 @@ def frames_of(graph, watcher, name, *arguments):
     eventually(lambda: heard and heard[-1].stamp.sec >= 2 or step.publish(Empty()), watcher)
     graph.end(name)
     read = [read_parameters(message) for message in heard]
-    return {tag.stamp: (wind.tolist(), keyed) for tag, wind, keyed in read}
+    return {frame.stamp: (wind.tolist(), keyed) for frame, wind, keyed in read}
 
 
 def test_a_dumped_animation_plays_identically(tmp_path, domain):

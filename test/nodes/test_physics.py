@@ -15,7 +15,7 @@
 """The physics node, in this process: what it says of its steps, and how it goes on."""
 from flag_sim.cloth import Cloth
 from flag_sim.nodes.physics import Physics
-from flag_sim.protocol.frames import Tag
+from flag_sim.protocol.frames import FrameId
 import numpy as np
 import pytest
 import rclpy
@@ -31,12 +31,12 @@ class Run:
         self._capfd = capfd
         self._index = 0
 
-    def frame(self, wind=(0.0, 3.0, 0.0), rate=30.0, **dials):
+    def frame(self, wind=(0.0, 3.0, 0.0), rate=30.0, **parameters):
         """Return the positions (rows, columns, 3) [m] of the next frame and what was logged."""
         stamp = round(self._index * 1e9 / rate)
         values = {**self._node.values, **SMALL,
-                  **{name.replace('__', '.'): value for name, value in dials.items()}}
-        cloud = self._node.work(Tag(stamp, 1, self._index, 0), wind, values)
+                  **{name.replace('__', '.'): value for name, value in parameters.items()}}
+        cloud = self._node.work(FrameId(stamp, 1, self._index, 0), wind, values)
         self._index += 1
         points = np.frombuffer(cloud.data, np.float32).reshape(cloud.height, cloud.width, -1)
         return points[..., :3].copy(), self._capfd.readouterr().err
@@ -44,7 +44,7 @@ class Run:
     def restart(self):
         """Begin with the first frame again, as after `reset`."""
         self._index = 0
-        self._node.restart(Tag(0, 2, 0, 0))
+        self._node.restart(FrameId(0, 2, 0, 0))
 
 
 @pytest.fixture
@@ -58,12 +58,12 @@ def run(domain, capfd):
     rclpy.shutdown()
 
 
-def calm(run, **dials):
+def calm(run, **parameters):
     """Play two seconds, all but the last frame of which must pass without a word; return its."""
     for _ in range(59):
-        assert run.frame(**dials)[1] == ''
+        assert run.frame(**parameters)[1] == ''
     # The sum of the frames' times may be a rounding short of two seconds.
-    return run.frame(**dials)[1] + run.frame(**dials)[1]
+    return run.frame(**parameters)[1] + run.frame(**parameters)[1]
 
 
 def test_too_few_substeps_are_refined_and_told_once(run):

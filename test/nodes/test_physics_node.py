@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The physics node given what is wrong, and time and dials that jump: it refuses or goes on."""
+"""The physics node given what is wrong, time that jumps, new values: it refuses or goes on."""
 from dataclasses import replace
 import math
 import os
@@ -20,10 +20,10 @@ import re
 import time
 
 from flag_sim.cloth import Cloth
-from flag_sim.declarations.catalogue import PHYSICS, SCENE
+from flag_sim.declarations.nodes import PHYSICS, SCENE
 from flag_sim.nodes.physics import Physics
 from flag_sim.nodes.renderer import Renderer
-from flag_sim.protocol.frames import Tag
+from flag_sim.protocol.frames import FrameId
 from flag_sim.ros import messages
 from flag_sim.ros.diagnostics import ERROR, OK
 from flag_sim.ros.parameter_node import BadParameter
@@ -77,7 +77,7 @@ def test_a_wind_that_is_none_is_refused_and_nothing_is_lost(bench, capfd, wind):
     """Of a wrong length, not finite, or beyond all bounds; the good frames are as without it."""
     play(bench, 6)
     message = bench.message(6 * FRAME)
-    bad = messages.parameters_message('/wind', Tag(0, 1, 6, 6), [0.0] * 3, {})
+    bad = messages.parameters_message('/wind', FrameId(0, 1, 6, 6), [0.0] * 3, {})
     next(p for p in bad.changed_parameters if p.name == 'wind').value = \
         messages.to_parameter('wind', wind, float).to_parameter_msg().value
     assert bench.hear(bad) is None
@@ -103,7 +103,7 @@ def test_a_keyed_value_that_is_none_is_refused_and_nothing_is_lost(bench, capfd,
     play(bench, 6)
     right = bench.message(6 * FRAME)
     wrong = messages.parameters_message(
-        '/wind', Tag(0, 1, 6, 6), WIND, {f'physics.{name}': v for name, v in keyed.items()})
+        '/wind', FrameId(0, 1, 6, 6), WIND, {f'physics.{name}': v for name, v in keyed.items()})
     assert bench.hear(wrong) is None
     said = capfd.readouterr().err
     assert 'a message on parameters is refused' in said and rule in said
@@ -140,9 +140,9 @@ def test_a_frame_whose_values_cannot_stand_together_keeps_those_of_the_frame_bef
 
 
 def test_no_number_may_be_none(bench, capfd):
-    """Each dial of the node that is a number refuses NaN and infinity, set and keyed."""
-    numbers = [dial.name for dial in SCENE + PHYSICS
-               if type(dial.default) in (int, float) and not dial.fixed]
+    """Each parameter of the node that is a number refuses NaN and infinity, set and keyed."""
+    numbers = [declaration.name for declaration in SCENE + PHYSICS
+               if type(declaration.default) in (int, float) and not declaration.fixed]
     assert len(numbers) > 20
     for name in numbers:
         for value in (math.nan, math.inf, -math.inf):
@@ -199,7 +199,7 @@ def test_a_take_that_is_joined_in_the_middle_is_told(bench, capfd):
     assert 'joined' not in capfd.readouterr().err
     for index in (7, 8):
         bench.hear(messages.parameters_message(
-            '/wind', Tag(round(index * FRAME * 1e9), 2, index, index), WIND, {}))
+            '/wind', FrameId(round(index * FRAME * 1e9), 2, index, index), WIND, {}))
     assert capfd.readouterr().err.count(
         'joined the take at frame 7: the cloth begins at rest there; reset for a whole take') == 1
 
@@ -217,35 +217,35 @@ def test_time_that_jumps_back_lays_the_cloth_out_again(bench, take):
     play(bench, COUNT)
     if take is None:
         for at in (10.0, 4.0):
-            message = messages.parameters_message('/hand', Tag(0, 0, 0, 0), WIND, {})
+            message = messages.parameters_message('/hand', FrameId(0, 0, 0, 0), WIND, {})
             message.stamp = messages.to_time(round(at * 1e9))
             del message.changed_parameters[1:4]
             cloud = bench.hear(message)
     else:
         index = COUNT if take == 1 else 0
         cloud = bench.hear(messages.parameters_message(
-            '/wind', Tag(100, take, index, index), WIND, {}))
+            '/wind', FrameId(100, take, index, index), WIND, {}))
     assert np.array_equal(messages.read_cloud(cloud)[0], library(1))
 
 
-@pytest.mark.parametrize('dial, value, attribute', [
+@pytest.mark.parametrize('parameter, value, attribute', [
     ('stiffness', 300.0, 'material'), ('area_density', 0.5, 'material'), ('gravity', 3.0, None),
     ('air.drag_coefficient', 0.3, 'air'), ('solver', 'rk4', None), ('substeps', 300, 'stepping'),
     ('stretch_limit', 0.01, None), ('precision', 'float32', None)], ids=str)
 @pytest.mark.parametrize('way', ['set', 'keyed'])
-def test_a_dial_that_changes_between_frames_counts_from_the_next(bench, dial, value, attribute,
-                                                                 way):
+def test_a_parameter_that_changes_between_frames_counts_from_the_next(
+        bench, parameter, value, attribute, way):
     """Whether a user sets it or a key does, the motion goes on just as the library's."""
     cloth = Cloth(pole=(0.0, 0.0, 0.05))
     library(6, cloth)
-    name = dial.split('.')[-1]
+    name = parameter.split('.')[-1]
     part = replace(getattr(cloth, attribute), **{name: value}) if attribute else value
     setattr(cloth, attribute or name, part)
     play(bench, 6)
     if way == 'set':
-        assert bench.put(**{dial: value}).successful
+        assert bench.put(**{parameter: value}).successful
     for n in range(6, COUNT):
-        keyed = {f'physics.{dial}': value} if way == 'keyed' else {}
+        keyed = {f'physics.{parameter}': value} if way == 'keyed' else {}
         positions = bench.frame(n * FRAME, keyed=keyed)
         advance(cloth, n)
     assert np.array_equal(positions, cloth.positions.astype(np.float32))
@@ -271,7 +271,7 @@ def test_precision_goes_both_ways_without_a_jump(bench):
             cloth.advance((round(k * FRAME * 1e9) - round(begin * 1e9)) * 1e-9, WIND)
             assert np.array_equal(positions, cloth.positions.astype(np.float32))
     # Three frames in float32 leave a trace, and less than the tenth of a millimetre that the
-    # dial's effect tells of.
+    # parameter's effect tells of.
     assert 0.0 < np.abs(positions - library(COUNT)).max() < 1e-4
 
 

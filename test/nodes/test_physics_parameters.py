@@ -12,10 +12,10 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Random dials and frames for the physics node: it lives, and what it publishes is in bounds."""
+"""Random parameters and frames for the physics node: it lives, and its vertices are in bounds."""
 import math
 
-from flag_sim.declarations.catalogue import PHYSICS, SCENE
+from flag_sim.declarations.nodes import named
 from flag_sim.ros import messages
 from hypothesis import given, HealthCheck, Phase, settings, strategies as st
 import numpy as np
@@ -23,42 +23,43 @@ import pytest
 import rclpy
 from support.bench import Bench
 
-DIALS = {dial.name: dial for dial in SCENE + PHYSICS}
+DECLARATIONS = named('physics')
 AFFORDABLE = {'grid.rows': 12, 'grid.columns': 12, 'substeps_limit': 60}
 """Greatest right values drawn, so that an example is over in milliseconds."""
 OTHERS = st.one_of(st.none(), st.booleans(), st.integers(-2**63, 2**63 - 1), st.floats(),
                    st.text(max_size=5), st.lists(st.floats(), max_size=3))
 UNKNOWN = st.text('abcdefghijklmnopqrstuvwxyz._', min_size=1, max_size=12).filter(
-    lambda name: name not in DIALS)
+    lambda name: name not in DECLARATIONS)
 
 
-def right(dial):
-    """Draw values that a dial takes, its ends and whole numbers for numbers among them."""
-    if dial.choices:
-        return st.sampled_from(dial.choices)
-    if isinstance(dial.default, bool):
+def right(declaration):
+    """Draw values that a parameter takes, its ends and whole numbers for numbers among them."""
+    if declaration.choices:
+        return st.sampled_from(declaration.choices)
+    if isinstance(declaration.default, bool):
         return st.booleans()
-    high = AFFORDABLE.get(dial.name, dial.high)
-    if isinstance(dial.default, int):
-        return st.integers(dial.low, high)
+    high = AFFORDABLE.get(declaration.name, declaration.high)
+    if isinstance(declaration.default, int):
+        return st.integers(declaration.low, high)
     # Uniform numbers would nearly all be near the upper end.
-    wide = st.floats(-6.0, 9.0).map(lambda power: min(max(10.0**power, dial.low), high))
-    return st.one_of(st.floats(dial.low, high), wide, st.sampled_from([dial.low, high]),
-                     st.integers(math.ceil(dial.low), math.floor(high)))
+    wide = st.floats(-6.0, 9.0).map(lambda power: min(max(10.0**power, declaration.low), high))
+    low = declaration.low
+    return st.one_of(st.floats(low, high), wide, st.sampled_from([low, high]),
+                     st.integers(math.ceil(low), math.floor(high)))
 
 
 def accepts(name, value):
-    """Return by the table alone whether a dial takes a value."""
-    dial = DIALS.get(name)
-    if dial is None or dial.fixed:
+    """Return by the table alone whether a parameter takes a value."""
+    declaration = DECLARATIONS.get(name)
+    if declaration is None or declaration.fixed:
         return False
-    if dial.choices:
-        return isinstance(value, str) and value in dial.choices
-    if isinstance(dial.default, bool):
+    if declaration.choices:
+        return isinstance(value, str) and value in declaration.choices
+    if isinstance(declaration.default, bool):
         return isinstance(value, bool)
-    kinds = int if isinstance(dial.default, int) else (int, float)
+    kinds = int if isinstance(declaration.default, int) else (int, float)
     return (isinstance(value, kinds) and not isinstance(value, bool)
-            and dial.low <= value <= dial.high)
+            and declaration.low <= value <= declaration.high)
 
 
 def is_affordable(values):
@@ -72,9 +73,9 @@ def mostly(usual, rare):
     return st.integers(0, 5).flatmap(lambda n: rare if n == 5 else usual)
 
 
-RIGHT = st.sampled_from(sorted(DIALS)).flatmap(
-    lambda name: st.tuples(st.just(name), right(DIALS[name])))
-WRONG = st.tuples(mostly(st.sampled_from(sorted(DIALS)), UNKNOWN), OTHERS)
+RIGHT = st.sampled_from(sorted(DECLARATIONS)).flatmap(
+    lambda name: st.tuples(st.just(name), right(DECLARATIONS[name])))
+WRONG = st.tuples(mostly(st.sampled_from(sorted(DECLARATIONS)), UNKNOWN), OTHERS)
 GROUPS = st.lists(mostly(RIGHT, WRONG), min_size=1, max_size=4).map(dict).filter(is_affordable)
 CALM = st.lists(st.floats(-200.0, 200.0), min_size=3, max_size=3)
 WILD = st.one_of(st.lists(st.floats(), min_size=3, max_size=3),
@@ -106,7 +107,7 @@ def assert_set(bench, values):
     else:
         assert result.reason
     assert node.values == before
-    assert {name: node.get_parameter(name).value for name in DIALS} == before
+    assert {name: node.get_parameter(name).value for name in DECLARATIONS} == before
 
 
 def assert_frame(bench, time, wind, keyed, held):
@@ -149,12 +150,12 @@ def ros(domain):
         yield
 
 
-@pytest.mark.parametrize('solver', DIALS['solver'].choices)
+@pytest.mark.parametrize('solver', DECLARATIONS['solver'].choices)
 @settings(deadline=None, derandomize=True, database=None, max_examples=40,
           phases=[Phase.generate, Phase.shrink],
           suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(events=EVENTS)
-def test_no_dial_and_no_frame_ends_the_node_or_leaves_its_bounds(ros, solver, events):
+def test_no_parameter_and_no_frame_ends_the_node_or_leaves_its_bounds(ros, solver, events):
     """Right and wrong values, alone and in groups, set and keyed, with any wind and any time."""
     bench = Bench()
     try:

@@ -15,7 +15,7 @@
 """Solvers and precisions that change while a real node runs, as by `ros2 param set` on physics."""
 from flag_sim.cloth import Cloth
 from flag_sim.cloth.solvers import SOLVERS
-from flag_sim.protocol.frames import Tag
+from flag_sim.protocol.frames import FrameId
 from flag_sim.ros import messages
 from flag_sim.tools.graph import Graph
 import numpy as np
@@ -52,9 +52,9 @@ def test_solvers_and_precisions_take_over_from_one_another_without_a_jump(tmp_pa
             if n in turns:
                 assert watcher.put(client, *turns[n]).successful
                 setattr(cloth, *turns[n])
-            frame = messages.parameters_message('/wind', Tag(stamp, 1, n, n), WIND, {})
+            message = messages.parameters_message('/wind', FrameId(stamp, 1, n, n), WIND, {})
             # Sending again is harmless, and needed until the node's reader is known.
-            eventually(lambda: parameters.publish(frame) or of_stamp(clouds, stamp), watcher)
+            eventually(lambda: parameters.publish(message) or of_stamp(clouds, stamp), watcher)
             positions, _ = messages.read_cloud(of_stamp(clouds, stamp)[0])
             if n > 0:
                 cloth.advance((stamp - STAMPS[n - 1]) * 1e-9, WIND)

@@ -13,10 +13,10 @@
 # limitations under the License.
 
 """The player: bags as `ros2 bag record` writes them, with gaps, takes, namespaces and names."""
-from flag_sim.declarations.catalogue import PLAYER, RECORDER
+from flag_sim.declarations.nodes import PLAYER, RECORDER
 from flag_sim.nodes.player import Player
 from flag_sim.nodes.recorder import Recorder
-from flag_sim.protocol.frames import Tag
+from flag_sim.protocol.frames import FrameId
 from flag_sim.ros import messages
 from flag_sim.ros.bag import Bag, RecordedTopics
 from flag_sim.ros.parameter_node import BadParameter
@@ -43,7 +43,8 @@ FLAT = np.zeros((2, 2, 3))
 def parameters(index, take=1, window=3):
     """Return the serialised parameters of a frame in lockstep."""
     return serialize_message(messages.parameters_message(
-        '/wind', Tag(index * FRAME, take, index, max(index - window + 1, 0)), [9.0, 3.0, 0.0], {}))
+        '/wind', FrameId(index * FRAME, take, index, max(index - window + 1, 0)),
+        [9.0, 3.0, 0.0], {}))
 
 
 def vertices(index):
@@ -255,15 +256,16 @@ def test_the_recorder_takes_names_as_the_graph_shows_them(tmp_path, domain, name
         node.destroy_node()
 
 
-@pytest.mark.parametrize('make, dials', [(Player, PLAYER), (Recorder, RECORDER)])
-def test_what_counts_only_at_the_start_is_refused_while_running(tmp_path, domain, make, dials):
+@pytest.mark.parametrize('make, declarations', [(Player, PLAYER), (Recorder, RECORDER)])
+def test_what_counts_only_at_the_start_is_refused_while_running(tmp_path, domain, make,
+                                                                declarations):
     """These two read all their parameters once."""
     path = tmp_path / 'new' if make is Recorder else received(tmp_path / 'bag')
     with rclpy.init(domain_id=domain, args=['--ros-args', '-p', f'path:={path}']):
         node = make()
-        for dial in dials:
-            value = ['x'] if dial.default == [] else dial.default
-            (result,) = node.set_parameters([Parameter(dial.name, value=value)])
-            assert result.reason == f'{dial.name} is fixed at the start of the node'
+        for declaration in declarations:
+            value = ['x'] if declaration.default == [] else declaration.default
+            (result,) = node.set_parameters([Parameter(declaration.name, value=value)])
+            assert result.reason == f'{declaration.name} is fixed at the start of the node'
         node.close()
         node.destroy_node()

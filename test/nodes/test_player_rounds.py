@@ -16,7 +16,7 @@
 import itertools
 
 from flag_sim.nodes.renderer import Renderer
-from flag_sim.protocol.frames import Tag
+from flag_sim.protocol.frames import FrameId
 from flag_sim.ros import messages
 from flag_sim.tools.graph import Graph
 import numpy as np
@@ -31,35 +31,35 @@ FRAMES, ROUNDS = 40, 3
 
 
 def bag(window=1, takes=(1,)):
-    """Return the tags of a bag's frames."""
-    return [Tag(index * FRAME, take, index, max(index - window + 1, 0))
+    """Return the frames of a bag."""
+    return [FrameId(index * FRAME, take, index, max(index - window + 1, 0))
             for take in takes for index in range(FRAMES)]
 
 
-def parameters(tag):
+def parameters(frame):
     """Return the `parameters` message of a frame."""
-    return messages.parameters_message('/wind', tag, WIND, {})
+    return messages.parameters_message('/wind', frame, WIND, {})
 
 
-@pytest.mark.parametrize('tags', [bag(), bag(window=3), bag(takes=(1, 2))])
-def test_physics_moves_the_cloth_in_every_round_as_in_the_first(domain, tags):
+@pytest.mark.parametrize('frames', [bag(), bag(window=3), bag(takes=(1, 2))])
+def test_physics_moves_the_cloth_in_every_round_as_in_the_first(domain, frames):
     """To the byte: every round begins with the cloth at rest."""
     with rclpy.init(domain_id=domain):
         bench = Bench()
-        for tag in ROUNDS * tags:
-            bench.hear(parameters(tag))
+        for frame in ROUNDS * frames:
+            bench.hear(parameters(frame))
         clouds = [cloud.data for cloud in bench.clouds]
         bench.close()
-    assert len(clouds) == ROUNDS * len(tags)
+    assert len(clouds) == ROUNDS * len(frames)
     for number in range(1, ROUNDS):
-        assert clouds[number * len(tags):(number + 1) * len(tags)] == clouds[:len(tags)]
+        assert clouds[number * len(frames):(number + 1) * len(frames)] == clouds[:len(frames)]
     assert clouds[0] != clouds[FRAMES - 1]
 
 
 @pytest.mark.parametrize('topics', [
     ('parameters', 'vertices'), ('vertices', 'parameters'), ('vertices',)])
-@pytest.mark.parametrize('tags', [bag(), bag(window=3), bag(takes=(1, 2))])
-def test_the_renderer_draws_every_frame_of_every_round(domain, topics, tags, monkeypatch):
+@pytest.mark.parametrize('frames', [bag(), bag(window=3), bag(takes=(1, 2))])
+def test_the_renderer_draws_every_frame_of_every_round(domain, topics, frames, monkeypatch):
     """Of a bag of vertices, with their parameters or without, whichever of both comes first."""
     flat = np.zeros((2, 2, 3))
     drawn = []
@@ -70,13 +70,13 @@ def test_the_renderer_draws_every_frame_of_every_round(domain, topics, tags, mon
         node.count_publishers = lambda topic: int('parameters' in topics)
         hear = {topic: next(s for s in node.subscriptions if s.topic_name == f'/{topic}').callback
                 for topic in topics}
-        for tag in ROUNDS * tags:
-            sent = {'parameters': parameters(tag),
-                    'vertices': messages.cloud_message(tag.stamp, flat, flat)}
+        for frame in ROUNDS * frames:
+            sent = {'parameters': parameters(frame),
+                    'vertices': messages.cloud_message(frame.stamp, flat, flat)}
             for topic in topics:
                 hear[topic](sent[topic], SENDER)
         node.destroy_node()
-    assert drawn == [tag.stamp for tag in ROUNDS * tags]
+    assert drawn == [frame.stamp for frame in ROUNDS * frames]
 
 
 def test_a_looped_bag_gives_all_images_of_every_round(tmp_path, domain):
@@ -92,15 +92,15 @@ def test_a_looped_bag_gives_all_images_of_every_round(tmp_path, domain):
         eventually(lambda: player.publish(parameters(first)) or (
             {message.frame_id for message in done} == {'renderer', 'recorder'}), watcher)
         del images[1:]
-        for tag in others + (ROUNDS - 1) * bag():
-            player.publish(parameters(tag))
-            if tag.index:  # the first of a round is drawn with the second
-                eventually(lambda: messages.to_stamp(images[-1].header.stamp) == tag.stamp,
+        for frame in others + (ROUNDS - 1) * bag():
+            player.publish(parameters(frame))
+            if frame.index:  # the first of a round is drawn with the second
+                eventually(lambda: messages.to_stamp(images[-1].header.stamp) == frame.stamp,
                            watcher)
         # The first frame was sent until it was heard: its copies are no others.
         stamps = [stamp for stamp, _ in itertools.groupby(
             messages.to_stamp(image.header.stamp) for image in images)]
-        assert stamps == ROUNDS * [tag.stamp for tag in bag()]
+        assert stamps == ROUNDS * [frame.stamp for frame in bag()]
         assert graph.end('recorder') == 0
         assert f'{ROUNDS} takes' in graph.log('recorder')
     for topic in ('/camera/image_raw', '/parameters'):

@@ -14,7 +14,7 @@
 
 """The pre-roll: a cloth that begins anew has moved already, whatever began it."""
 from flag_sim.cloth import Cloth
-from flag_sim.protocol.frames import Tag
+from flag_sim.protocol.frames import FrameId
 from flag_sim.ros import messages
 from flag_sim.ros.config import config_path
 from flag_sim.tools.demo import shots
@@ -77,15 +77,15 @@ def test_every_new_beginning_has_it(bench, again):
     first = bench.frame(1.0)
     for n in range(1, 5):
         bench.frame(1.0 + n * FRAME)
-    tag = {'reset': Tag(0, 2, 0, 0), 'another wind': Tag(10**9, 7, 0, 0),
-           'back in time': Tag(0, 1, 5, 5)}[again]
-    cloud = bench.hear(messages.parameters_message('/wind', tag, WIND, {}))
+    frame = {'reset': FrameId(0, 2, 0, 0), 'another wind': FrameId(10**9, 7, 0, 0),
+             'back in time': FrameId(0, 1, 5, 5)}[again]
+    cloud = bench.hear(messages.parameters_message('/wind', frame, WIND, {}))
     assert np.array_equal(messages.read_cloud(cloud)[0], first)
 
 
 def test_who_joins_late_begins_with_it_and_says_so(bench, capfd):
     """The flag flies at once, though not as it would have."""
-    cloud = bench.hear(messages.parameters_message('/wind', Tag(10**9, 1, 7, 7), WIND, {}))
+    cloud = bench.hear(messages.parameters_message('/wind', FrameId(10**9, 1, 7, 7), WIND, {}))
     assert np.array_equal(messages.read_cloud(cloud)[0], sent(rolled()))
     assert ('joined the take at frame 7: the cloth begins from its preroll there; reset for a '
             'whole take') in capfd.readouterr().err

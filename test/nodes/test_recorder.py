@@ -18,7 +18,7 @@ import resource
 import shutil
 
 from flag_sim.nodes.recorder import counted, TAKE_GAP
-from flag_sim.protocol.frames import Tag
+from flag_sim.protocol.frames import FrameId
 from flag_sim.ros import messages
 from flag_sim.ros.bag import Bag, RecordedTopics
 from flag_sim.ros.parameter_node import BadParameter
@@ -37,7 +37,7 @@ ZSTD_MAGIC = b'\x28\xb5\x2f\xfd'  # RFC 8878, 3.1.1
 def frame(take, index):
     """Return the parameters of a frame in real time."""
     return messages.parameters_message(
-        'wind', Tag(index * FRAME, take, index, index), [1.0, 0.0, 0.0], {})
+        'wind', FrameId(index * FRAME, take, index, index), [1.0, 0.0, 0.0], {})
 
 
 def parameters_bag(path, take=1, frames=3):

@@ -12,13 +12,13 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The renderer node, alone: odd clouds and odd dials end in a right picture or a clear refusal."""
+"""The renderer node, alone: odd clouds and parameters end in a right picture or a refusal."""
 import itertools
 import math
 import time
 
-from flag_sim.declarations.catalogue import RENDERER, SCENE
 from flag_sim.declarations.making import look_of
+from flag_sim.declarations.nodes import NODES
 from flag_sim.drawing import Picture
 from flag_sim.nodes import renderer
 from flag_sim.ros import messages
@@ -76,9 +76,9 @@ class Stand:
             for executor in self._executors:
                 executor.spin_once(timeout_sec=0.01)
 
-    def dial(self, **values):
-        """Set dials of the renderer, dots written as two underscores; the others are as born."""
-        born = {dial.name: dial.default for dial in SCENE + RENDERER if not dial.fixed}
+    def put(self, **values):
+        """Set parameters of the renderer, `__` for a dot; the others are as born."""
+        born = {one.name: one.default for one in NODES['renderer'] if not one.fixed}
         values = {**born, **{name.replace('__', '.'): value for name, value in values.items()}}
         return self.renderer.set_parameters_atomically(
             [to_parameter(name, value) for name, value in values.items()])
@@ -125,8 +125,8 @@ def stand(module_domain):
 
 @pytest.fixture
 def small(stand):
-    """Return the renderer with a small image and else default dials."""
-    assert stand.dial(width=64, height=48).successful
+    """Return the renderer with a small image and else default parameters."""
+    assert stand.put(width=64, height=48).successful
     return stand
 
 
@@ -190,7 +190,7 @@ def test_a_spoilt_cloud_is_refused_and_the_next_one_drawn(small, spoil, said):
 @pytest.mark.parametrize('width, height', [(1, 1), (1, 50), (50, 1), (7680, 4320)])
 def test_image_sizes(stand, width, height):
     """Each size gives images, depth and camera info of that size."""
-    assert stand.dial(width=width, height=height, camera__distance=3.0,
+    assert stand.put(width=width, height=height, camera__distance=3.0,
                       camera__target=[1.2, 0.3, 8.0]).successful
     rgb, info, depth = stand.film(cloud(wave(5, 7)))
     assert (info.width, info.height) == (width, height)
@@ -208,7 +208,7 @@ def test_image_sizes(stand, width, height):
     {'camera__vertical_fov': 1.1}, {'camera__projection': 'orthographic', 'camera__scale': 5.0}])
 def test_odd_views_are_drawn(small, values):
     """A camera in the cloth, straight up or down, at distance 0; a sun below the ground."""
-    assert small.dial(width=64, height=48, **values).successful
+    assert small.put(width=64, height=48, **values).successful
     rgb, info, _ = small.film(cloud(wave(5, 7)))
     np.testing.assert_array_equal(rgb, small.expected(wave(5, 7))[0])
     camera = look_of(small.renderer.values)[0]
@@ -217,25 +217,25 @@ def test_odd_views_are_drawn(small, values):
 
 
 def test_no_number_may_be_none(small):
-    """Each dial of the node that holds numbers refuses NaN and infinity."""
-    for dial in SCENE + RENDERER:
-        if isinstance(dial.default, (str, bool)) or dial.fixed:
+    """Each parameter of the node that holds numbers refuses NaN and infinity."""
+    for declaration in NODES['renderer']:
+        if isinstance(declaration.default, (str, bool)) or declaration.fixed:
             continue
         for value in (math.nan, math.inf, -math.inf):
             result = small.renderer.set_parameters_atomically([to_parameter(
-                dial.name, [value] * dial.length if dial.is_list else value)])
+                declaration.name, [value] * declaration.length if declaration.is_list else value)])
             assert not result.successful
-            assert dial.name in result.reason and str(value) in result.reason
+            assert declaration.name in result.reason and str(value) in result.reason
 
 
 @pytest.mark.parametrize('values', [
     {'flag__color': [0.0, 0.0, 256.0]}, {'background': [-1.0, 0.0, 0.0]},
     {'pole__color': [1.0, 2.0]}, {'platform__color': [math.nan, 0.0, 0.0]},
     {'width': 0}, {'height': 10 ** 6}, {'camera__distance': -1.0}])
-def test_impossible_dials_are_refused_and_the_old_ones_stay(small, values):
-    """The reason names the dial, and the picture is that of the dials before."""
+def test_impossible_parameters_are_refused_and_the_old_ones_stay(small, values):
+    """The reason names the parameter, and the picture is that of the parameters before."""
     before = small.film(cloud(wave(5, 7)))[0]
-    result = small.dial(**{'width': 64, 'height': 48, **values})
+    result = small.put(**{'width': 64, 'height': 48, **values})
     assert not result.successful
     assert next(iter(values)).replace('__', '.') in result.reason
     np.testing.assert_array_equal(small.film(cloud(wave(5, 7)))[0], before)

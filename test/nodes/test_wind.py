@@ -35,7 +35,7 @@ class Bench:
         given = [part for argument in arguments for part in ('-p', argument)]
         self._ros = rclpy.init(domain_id=domain, args=['--ros-args', *given])
         self.node = Wind()
-        self.frames = []  # (tag, wind)
+        self.frames = []  # (frame, wind)
         publish = self.node._parameters_out.publish
 
         def keep(message):
@@ -55,7 +55,7 @@ class Bench:
         assert result.successful, result.reason
 
     def step(self, count=1):
-        """Let it send single frames; return the last one's (tag, wind)."""
+        """Let it send single frames; return the last one's (frame, wind)."""
         for _ in range(count):
             self.hear('step', Empty())
         return self.frames[-1]
@@ -102,10 +102,10 @@ def test_a_wrong_name_in_wait_for_can_be_mended_while_frames_wait(domain):
     """Lockstep goes on with those that are waited for then."""
     with Bench(domain, 'pace:=lockstep', 'wait_for:=[rendrer]') as bench:
         bench.node._on_timer()
-        assert [tag.index for tag, _ in bench.frames] == [0]
+        assert [frame.index for frame, _ in bench.frames] == [0]
         bench.put(wait_for=['renderer'])
         bench.hear('frame_done', messages.header(0, 'renderer'))
-        assert [tag.index for tag, _ in bench.frames] == [0, 1, 2, 3]
+        assert [frame.index for frame, _ in bench.frames] == [0, 1, 2, 3]
 
 
 KEYED = ('gust.intensity:=0.3', 'loop:=true', 'tracks:=[wind.speed, physics.gravity]',
@@ -130,7 +130,7 @@ def test_stamps_from_anywhere_change_nothing_but_stamps(domain, stamps, begin):
                 else:
                     assert before <= origin <= time.time_ns()
                 played.append((
-                    [tag.stamp - origin for tag, _ in bench.frames[-30:]],
+                    [frame.stamp - origin for frame, _ in bench.frames[-30:]],
                     [wind.tolist() for _, wind in bench.frames[-30:]],
                     [(messages.to_stamp(key.stamp) - origin, key.frame_id) for key in crossed]))
                 del crossed[:]
@@ -149,9 +149,9 @@ def test_after_a_pause_stamps_are_the_wall_clocks_again(domain, monkeypatch):
         assert bench.step()[0].stamp == wall[0] - 5 * 10**9 + 20_000_000
         bench.put(paused=False)
         bench.node._send_due(time.monotonic())
-        tag, _ = bench.frames[-1]
-        assert (tag.stamp, tag.index) == (wall[0], 2)
-        assert bench.node._now() == pytest.approx(0.04)
+        frame, _ = bench.frames[-1]
+        assert (frame.stamp, frame.index) == (wall[0], 2)
+        assert bench.node.now() == pytest.approx(0.04)
 
 
 def test_the_shot_ends_before_its_stamps_do(domain, capfd):
@@ -159,7 +159,7 @@ def test_the_shot_ends_before_its_stamps_do(domain, capfd):
     with Bench(domain, 'stamp.start:=2e9', 'rate:=0.01', 'paused:=true', 'wait_for:=[]') as bench:
         bench.node._pacer.index = 1_474_835
         bench.step(3)
-        assert [tag.index for tag, _ in bench.frames] == [1_474_835, 1_474_836]
+        assert [frame.index for frame, _ in bench.frames] == [1_474_835, 1_474_836]
         bench.node._on_timer()
         assert bench.node.ended.result() == 0
         assert 'the next stamp is beyond 2147483648 s' in capfd.readouterr().err
@@ -186,8 +186,8 @@ def test_frames_of_real_time_are_not_sent_again_by_lockstep(domain):
         bench.put(pace='lockstep')
         time.sleep(0.06)
         bench.node._on_timer()
-        assert [tag.index for tag, _ in bench.frames] == sorted(
-            {tag.index for tag, _ in bench.frames})
+        assert [frame.index for frame, _ in bench.frames] == sorted(
+            {frame.index for frame, _ in bench.frames})
 
 
 @pytest.mark.parametrize('node', [Wind, Player])
@@ -207,8 +207,8 @@ def test_an_event_of_no_known_type_is_left_out(domain, autokey):
         bench.hear('parameter_events', ParameterEvent(node='/physics', changed_parameters=[
             ParameterMessage(name='stiffness', value=ParameterValue(type=77)),
             ParameterMessage(name='gravity', value=ParameterValue(type=3, double_value=5.0))]))
-        tag, _ = bench.step()
-        assert tag.index == 1
+        frame, _ = bench.step()
+        assert frame.index == 1
         assert bench.node.values['tracks'] == (['physics.gravity'] if autokey == 'true' else [])
 
 
@@ -313,7 +313,7 @@ def test_a_keyframe_message_says_in_which_frame_it_counts(domain, rate, snap, st
         told = []
         bench.node._keyframe_out.publish = told.append
         bench.step(100)
-        winds = {tag.stamp: wind[0] for tag, wind in bench.frames}
+        winds = {frame.stamp: wind[0] for frame, wind in bench.frames}
         stamps = sorted(winds)
         assert {message.frame_id for message in told} == {'wind.speed'}
         assert len(told) == (99 if snap == 'true' else 39)
@@ -351,6 +351,6 @@ def test_a_slow_wind_names_who_is_still_starting(domain, capfd):
         bench.node._send_due(time.monotonic())
         time.sleep(0.2)
         bench.node._send_due(time.monotonic())
-        bench.node._tally.report(30.0)
+        bench.node._missed_frames.report(30.0)
         said = capfd.readouterr().err
         assert 'the wind itself was too slow; still waiting for renderer (no such' in said

@@ -25,7 +25,7 @@ import zipfile
 
 from catkin_pkg.changelog import get_changelog_from_path
 from catkin_pkg.package import parse_package
-from flag_sim.declarations.catalogue import NODES
+from flag_sim.declarations.nodes import NODES
 import pytest
 import setuptools
 
@@ -145,7 +145,7 @@ def test_import_of_the_tests_is_declared(name, package, setup):
 
 
 def test_every_executable_is_a_module(setup):
-    """Of which test_usage asks all for --help: nodes that have dials, study and tune."""
+    """Of which test_usage asks all for --help: nodes that have parameters, study and tune."""
     assert set(NODES) | {'study', 'tune'} == {
         command.split()[0] for command in setup['entry_points']['console_scripts']}
     for command in setup['entry_points']['console_scripts']:

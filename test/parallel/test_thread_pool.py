@@ -12,87 +12,113 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The crew's choice among numbers of threads, and what happens when one cannot work."""
-from flag_sim.parallel import thread_pool
+"""How a pool's threads share work, and what happens when one of them cannot."""
+import threading
+import time
+
+from flag_sim.jit.kernels import kernel
+from flag_sim.parallel import thread_choice, thread_pool, workers
+from flag_sim.parallel.atomics import fetch_add
+from flag_sim.parallel.thread_choice import ROUNDS
+from flag_sim.parallel.thread_pool import ThreadPool
+import numpy as np
 import pytest
 
-ROUNDS = thread_pool.ROUNDS
 
-
-@pytest.fixture
-def clock(monkeypatch):
-    """Return a clock, as a list of one time, that is moved by hand, and four processors."""
-    now = [0.0]
-    monkeypatch.setattr(thread_pool.os, 'sched_getaffinity', lambda process: range(4))
-    monkeypatch.setattr(thread_pool.time, 'perf_counter', lambda: now[0])
-    return now
-
-
-def work(workers, now, seconds, frames, amount=1):
-    """Do frames that last seconds {threads: s} for each amount; return the numbers taken."""
-    taken = []
-    for _ in range(frames):
-        with workers.frame(amount):
-            taken.append(workers.threads)
-            now[0] += amount * seconds[workers.threads]
-    return taken
-
-
-def test_a_choice_is_made_per_amount_of_work(clock):
+def test_a_choice_is_made_per_amount_of_work(monkeypatch):
     """Frames of a hundred steps and of one are compared by the step."""
-    workers = thread_pool.Crew(0)
-    seconds = {1: 1.0, 2: 0.6, 4: 0.8}
-    for amount in (100, 1) * (3 * ROUNDS // 2):
-        work(workers, clock, seconds, 1, amount)
-    assert work(workers, clock, seconds, 5) == [2] * 5
+    now = [0.0]
+    monkeypatch.setattr(thread_choice.os, 'sched_getaffinity', lambda process: range(4))
+    monkeypatch.setattr(thread_pool.time, 'perf_counter', lambda: now[0])
+    pool, taken = ThreadPool(0), []
+    for amount in (100, 1) * (3 * ROUNDS // 2) + (1,) * 5:
+        with pool.frame(amount):
+            taken.append(pool.threads)
+            now[0] += amount * {1: 1.0, 2: 0.6, 4: 0.8}[pool.threads]
+    assert taken[-5:] == [2] * 5
 
 
-def test_threads_that_are_in_one_anothers_way_are_given_up(clock):
-    """When the machine is busy, a frame by two is slower than by one; then one does it."""
-    workers = thread_pool.Crew(0)
-    idle, busy = {1: 1.0, 2: 0.6, 4: 0.8}, {1: 1.1, 2: 9.0, 4: 30.0}
-    work(workers, clock, idle, 3 * ROUNDS)
-    # Single slow frames are nothing.
-    assert work(workers, clock, busy, ROUNDS - 1) == [2] * (ROUNDS - 1)
-    assert work(workers, clock, idle, 2) == [2] * 2
-    assert work(workers, clock, busy, ROUNDS) == [2] * ROUNDS
-    assert set(work(workers, clock, busy, 3 * ROUNDS)) == {1, 2, 4}
-    assert work(workers, clock, busy, 20) == [1] * 20
+def test_threads_are_awake_in_a_frame_alone():
+    """They are woken once, stay for the frame's next work, and sleep when the frame is over."""
+    pool, called = ThreadPool(2), []
+
+    def work(number):
+        called.append(number)
+        while len(called) % 2:  # until the other one is here
+            time.sleep(1e-4)
+
+    with pool:
+        pool.wake()
+        for _ in range(5):
+            pool.parallel_for(work)
+    assert sorted(called) == [0] * 5 + [1] * 5
+    pool._workers.submit(int).result(10.0)  # its only thread is free again
+    assert pool._workers._awake == set()
 
 
-def test_another_work_is_another_choice(clock):
-    """Measure again on demand; a given number of threads is never changed."""
-    workers, given = thread_pool.Crew(0), thread_pool.Crew(3)
-    work(workers, clock, {1: 1.0, 2: 0.6, 4: 0.8}, 3 * ROUNDS)
-    workers.measure(), given.measure()
-    work(workers, clock, {1: 1.0, 2: 1.6, 4: 0.5}, 3 * ROUNDS)
-    assert (workers.threads, given.threads) == (4, 3)
-    assert work(given, clock, {3: 1.0}, 20) == [3] * 20
+def test_a_late_thread_is_not_waited_for():
+    """One that is busy elsewhere, as where a processor has other things to do."""
+    pool, called, is_over = ThreadPool(2), [], threading.Event()
+    busy = pool._workers.submit(is_over.wait, 10.0)
+    pool.parallel_for(called.append)
+    is_over.set()
+    busy.result()
+    assert called == [0]
 
 
-def test_those_who_wait_are_released_when_one_cannot_come():
+def test_each_piece_is_taken_once():
+    """By whichever thread comes first."""
+    @kernel(cache=False)
+    def take_all(taken, times):
+        while True:
+            piece = fetch_add(taken, 0, 1)
+            if piece >= times.size:
+                break
+            times[piece] += 1
+
+    taken, times = np.zeros(1, np.int64), np.zeros(300_000, np.int64)
+    take_all(taken, times[:0])
+    taken[:] = 0
+    # The threads' own places in `times` never overlap, if each piece is taken by one alone.
+    ThreadPool(4).parallel_for(lambda number: take_all(taken, times))
+    np.testing.assert_array_equal(times, 1)
+    assert taken[0] > times.size
+
+
+def test_an_error_in_a_thread_is_not_lost():
+    """Whichever way the work is shared."""
+    def work(band, bands):
+        if band == 1:
+            raise ValueError('of the second band')
+    with pytest.raises(ValueError, match='second'):
+        ThreadPool(2).run_bands(work)
+    with pytest.raises(ValueError, match='second'):
+        ThreadPool(2).parallel_for(lambda number: time.sleep(0.05) or work(number, 2))
+
+
+def test_threads_that_wait_are_released_when_one_cannot_come():
     """An error in the first band must not leave the others waiting for it."""
-    told = thread_pool.threading.Event()
+    released = threading.Event()
 
     def wait(band, bands):
         if band == 0:
             raise ValueError('cannot come')
-        assert told.wait(60.0)
+        assert released.wait(60.0)
 
     with pytest.raises(ValueError, match='cannot come'):
-        thread_pool.Crew(3).share(wait, told.set)
-    assert told.is_set()
+        ThreadPool(3).run_bands(wait, released.set)
+    assert released.is_set()
 
 
 def test_a_system_without_threads_left_is_an_error_at_the_start(monkeypatch):
     """Not a wait without end at the first frame."""
-    class NoThreads(thread_pool.ThreadPoolExecutor):
+    class NoThreads(workers.ThreadPoolExecutor):
 
         def submit(self, *arguments):
             if self._threads:
                 raise RuntimeError("can't start new thread")
             return super().submit(*arguments)
 
-    monkeypatch.setattr(thread_pool, 'ThreadPoolExecutor', NoThreads)
+    monkeypatch.setattr(workers, 'ThreadPoolExecutor', NoThreads)
     with pytest.raises(RuntimeError, match='new thread'):
-        thread_pool.Crew(4)
+        ThreadPool(4)

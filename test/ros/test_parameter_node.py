@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """The nodes' parameters: what is refused, at the start and while running, and what is heard."""
-from flag_sim.protocol.frames import Tag
+from flag_sim.protocol.frames import FrameId
 from flag_sim.ros import messages
 from flag_sim.tools.graph import Graph
 import numpy as np
@@ -121,10 +121,10 @@ def test_bad_messages_are_refused_and_the_nodes_live(running):
     vertices = watcher.publisher('vertices')
     images = watcher.listen('camera/image_raw')
     flat = np.zeros((2, 2, 3))
-    tag = Tag(0, 1, 0, 0)
-    bad_wind = messages.parameters_message('/x', tag, [np.nan] * 3, {})
-    bad_key = messages.parameters_message('/x', tag, np.zeros(3), {'physics.stiffness': -4.0})
-    good = messages.parameters_message('/x', tag, np.zeros(3), {})
+    frame = FrameId(0, 1, 0, 0)
+    bad_wind = messages.parameters_message('/x', frame, [np.nan] * 3, {})
+    bad_key = messages.parameters_message('/x', frame, np.zeros(3), {'physics.stiffness': -4.0})
+    good = messages.parameters_message('/x', frame, np.zeros(3), {})
     bad_cloud = messages.cloud_message(0, flat * np.nan, flat)
 
     # A message may be sent before its reader knows the writer, so it is sent until it is heard.

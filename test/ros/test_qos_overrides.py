@@ -16,7 +16,7 @@
 import contextlib
 import importlib
 
-from flag_sim.declarations.catalogue import NODES
+from flag_sim.declarations.nodes import NODES
 from flag_sim.ros.bag import Bag
 from flag_sim.ros.parameter_node import BadParameter
 from flag_sim.tools.graph import Graph

@@ -16,12 +16,13 @@
 import re
 import signal
 import time
+from types import SimpleNamespace
 
 from flag_sim.cloth import normals
 from flag_sim.jit.kernels import kernel
 from flag_sim.nodes import renderer as renderer_module
 from flag_sim.nodes.renderer import Renderer
-from flag_sim.protocol.frames import FrameOrder, Tag
+from flag_sim.protocol.frames import FrameId, FrameOrder
 from flag_sim.ros import messages, throttled_log
 from flag_sim.ros.compiling import compiling
 from flag_sim.ros.throttled_log import Refusals, Waiting
@@ -46,41 +47,44 @@ def test_a_reason_is_told_at_once_and_again_now_and_then():
     assert sum(others) == throttled_log.MOST_KINDS - 1  # that of the wind counts still
 
 
-def spin(watcher, seconds):
-    """Spin for a while."""
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        watcher.spin(0.01)
+class Clocked:
+    """A node whose time a test sets: `at` lets it be a time and returns what the node says then."""
+
+    def __init__(self, monkeypatch):
+        self._now = 0.0
+        self._said = []
+        monkeypatch.setattr(throttled_log, 'time', SimpleNamespace(monotonic=lambda: self._now))
+
+    def get_logger(self):
+        return SimpleNamespace(info=self._said.append, warning=self._said.append)
+
+    def create_timer(self, seconds, look):
+        self._look = look
+
+    def at(self, now):
+        """Let it be a time [s]; return what is said then."""
+        self._now = now
+        del self._said[:]
+        self._look()
+        return ' '.join(self._said)
 
 
-@pytest.fixture
-def soon(monkeypatch):
-    """Let patience end soon."""
-    monkeypatch.setattr(throttled_log, 'LOOK_AGAIN', 0.02)
-    monkeypatch.setattr(throttled_log, 'PATIENCE', 0.3)
-
-
-def test_a_wait_is_told_once_and_so_is_its_end(domain, capfd, soon):
+def test_a_wait_is_told_once_and_so_is_its_end(monkeypatch):
     """A wait in which frames are served is none; nothing is said of a short one."""
     missing, served = ['vertices'], [0]
-    with Watcher(domain) as watcher:
-        Waiting(watcher.node, lambda: missing[0], lambda: served[0])
-        for _ in range(6):
-            spin(watcher, 0.1)
-            served[0] += 1
-        assert 'waiting' not in capfd.readouterr().err
-        spin(watcher, 1.0)
-        said = capfd.readouterr().err
-        assert said.count('waiting for') == 1
-        assert re.search(r'waiting for 0\.\d s for vertices', said)
+    node = Clocked(monkeypatch)
+    Waiting(node, lambda: missing[0], lambda: served[0])
+    for now in range(6):
+        assert node.at(now) == ''
         served[0] += 1
-        spin(watcher, 0.1)
-        assert re.search(r'frames are served again, after \d\.\d s', capfd.readouterr().err)
-        spin(watcher, 1.0)
-        assert capfd.readouterr().err.count('waiting for') == 1  # another one
-        missing[0] = ''
-        spin(watcher, 0.5)
-        assert capfd.readouterr().err.count('nothing is waited for now') == 1
+    assert [node.at(now) for now in (6.0, 7.9, 8.0, 8.5, 20.0)] == [
+        '', '', 'waiting for 2.0 s for vertices', '', '']
+    served[0] += 1
+    assert node.at(20.5) == 'frames are served again, after 14.5 s'
+    assert [node.at(now) for now in (22.0, 22.5, 23.0)] == [  # another one
+        '', 'waiting for 2.0 s for vertices', '']
+    missing[0] = ''
+    assert [node.at(now) for now in (24.0, 25.0)] == ['nothing is waited for now, after 3.5 s', '']
 
 
 def test_what_is_compiled_is_named_when_it_takes_long(domain, capfd, monkeypatch, tmp_path):
@@ -112,19 +116,18 @@ def test_from_the_wind_on_each_log_names_the_next_node(tmp_path, domain, pace):
                    watcher)
         physics = graph.start('physics')
         eventually(lambda: len(done) > 20, watcher)
-        eventually(lambda: 'frames are served again' in graph.log('renderer'), watcher, 2.0)
+        eventually(lambda: 'frames are served again' in graph.log('renderer'), watcher)
         physics.send_signal(signal.SIGSTOP)
         try:
             eventually(lambda: 'physics has not sent them, its log says why'
-                       in graph.log('renderer'), watcher, 5.0)
-            eventually(lambda: 'renderer (its log says why)' in graph.log('wind'), watcher, 12.0)
+                       in graph.log('renderer'), watcher)
+            eventually(lambda: 'renderer (its log says why)' in graph.log('wind'), watcher)
             stood = graph.log('wind')
         finally:
             physics.send_signal(signal.SIGCONT)
         heard = len(done)
         eventually(lambda: len(done) > heard + 20, watcher)
-        eventually(lambda: graph.log('renderer').count('frames are served again') == 2, watcher,
-                   2.0)
+        eventually(lambda: graph.log('renderer').count('frames are served again') == 2, watcher)
         # One thing stood still: one frame is complained of, and not the other two of the window.
         # (A process that goes on may have lost a message: then one more, when it was missed.)
         complaint = r'the frame at (\S+) s is not done: waiting for renderer \(its'
@@ -157,14 +160,13 @@ def test_vertices_that_are_not_drawn_say_why(tmp_path, domain):
         graph.start('renderer', *SMALL)
         eventually(lambda: send() or 'wind publishes parameters, but not of this frame; end it'
                    in graph.log('renderer'), watcher)
-        assert re.search(r'waiting for [23]\.\d s for parameters of the frame at',
+        assert re.search(r'waiting for \d+\.\d s for parameters of the frame at',
                          graph.log('renderer'))
         assert graph.log('renderer').count('waiting for') == 2  # and vertices at the start
         assert not done
         graph.end('wind')
         eventually(lambda: send() or done, watcher)
-        eventually(lambda: send() or 'frames are served again' in graph.log('renderer'), watcher,
-                   3.0)
+        eventually(lambda: send() or 'frames are served again' in graph.log('renderer'), watcher)
 
 
 def test_two_publishers_of_vertices_are_told_once(domain, capfd, monkeypatch):
@@ -199,6 +201,6 @@ def test_frames_without_vertices_are_not_kept_for_ever(domain):
     with rclpy.init(domain_id=domain):
         renderer = Renderer()
         for index in range(500):
-            renderer.take_frame(Tag(index * 10**7, 1, index, index), None, {}, b'')
+            renderer.take_frame(FrameId(index * 10**7, 1, index, index), None, {}, b'')
         assert len(renderer._inputs) <= FrameOrder.LONGEST_QUEUE
         renderer.destroy_node()

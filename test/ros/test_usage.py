@@ -17,7 +17,7 @@ import importlib
 import subprocess
 import sys
 
-from flag_sim.declarations.catalogue import NODES
+from flag_sim.declarations.nodes import NODES
 import pytest
 import rclpy
 
@@ -31,11 +31,12 @@ def test_a_node_tells_its_parameters(name, arguments, capsys):
     said = capsys.readouterr().out
     assert said.startswith(f'usage: {name} [--help] [--ros-args')
     assert max(map(len, said.splitlines())) <= 99
-    for dial in NODES[name]:
-        line = next(line for line in said.splitlines() if line.startswith(f'  {dial.name}: '))
-        assert line.endswith(f' {dial.unit}') or not dial.unit
+    for declaration in NODES[name]:
+        line = next(line for line in said.splitlines()
+                    if line.startswith(f'  {declaration.name}: '))
+        assert line.endswith(f' {declaration.unit}') or not declaration.unit
         words = ' '.join(said.split())
-        assert f'{dial.effect}; {dial.rule}' in words
+        assert f'{declaration.effect}; {declaration.rule}' in words
 
 
 @pytest.mark.parametrize('module', ['study.__main__', 'study.tune', 'tools.demo'])

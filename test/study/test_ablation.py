@@ -149,7 +149,7 @@ def test_the_true_wind_is_the_quadratic_law_without_the_velocity_of_the_cloth():
     state.place(positions, velocities)
     model = Model(cloth.mesh, Material(stiffness=0.0, shear_stiffness=0.0, bend_stiffness=0.0,
                                        damping=0.0))
-    found = np.stack([cloth.mesh.grid(axis) for axis in TrueWind(model).force(
+    found = np.stack([cloth.mesh.grid(axis) for axis in TrueWind(model).wind_force(
         state, Forcing(wind))], axis=-1)
     assert np.array_equal(found, forces(model, positions, wind=wind, air=Air()))
     assert not np.allclose(found, forces(model, positions, velocities, wind, air=Air()), rtol=0.1)

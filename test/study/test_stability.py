@@ -18,7 +18,7 @@ import math
 from flag_sim.cloth import Air, Cloth, Material
 from flag_sim.cloth.forces import Forcing
 from flag_sim.cloth.model import Model
-from flag_sim.declarations.catalogue import NODES
+from flag_sim.declarations.nodes import NODES
 from flag_sim.study import plots, runner
 from flag_sim.study.measures import settings, stability_trial as trial
 from flag_sim.study.sections import limits, stability_maps as maps, stability_plots
@@ -105,20 +105,20 @@ def test_outcomes_of_known_cases(solver, material, speed, dt, outcome):
 
 def test_the_maps_go_to_the_ends_of_the_parameters():
     """As the nodes declare their ranges."""
-    dials = {dial.name: dial for dials in NODES.values() for dial in dials}
+    declarations = {one.name: one for own in NODES.values() for one in own}
 
     def span(name):
-        return dials[name].low, dials[name].high
+        return declarations[name].low, declarations[name].high
 
     assert (0.0, maps.STIFFNESS.high) == span('stiffness')
     assert (0.0, maps.SPEED.high) == span('speed')
     assert (0.0, maps.DAMPING.high) == span('damping')
     assert (1.0 / maps.FRAME_TIME.high, 1.0 / maps.FRAME_TIME.low) == span('rate')
-    assert settings.MAX_GAP == dials['max_gap'].default
+    assert settings.MAX_GAP == declarations['max_gap'].default
     limpest, stiffest = (maps.light_and_stiff(end) for end in (
         maps.RATIO.low, maps.RATIO.high))
     assert (stiffest.area_density, limpest.area_density) == pytest.approx(span('area_density'))
-    assert stiffest.stiffness == pytest.approx(dials['stiffness'].high)
+    assert stiffest.stiffness == pytest.approx(declarations['stiffness'].high)
     middle = maps.light_and_stiff(5000.0)
     assert (middle.stiffness, middle.area_density) == pytest.approx((1000.0, 0.2))
     for axis in (maps.RATIO, maps.STIFFNESS, maps.DAMPING, maps.SPEED):

@@ -16,7 +16,7 @@
 from pathlib import Path
 import re
 
-from flag_sim.declarations.catalogue import NODES
+from flag_sim.declarations.nodes import defaults, named
 from flag_sim.study import search, tune
 from flag_sim.study.measures.trials import Trials
 from flag_sim.study.store import Store
@@ -67,9 +67,9 @@ def test_the_file_is_one_that_the_nodes_take(tmp_path, capsys):
     assert text == capsys.readouterr().out
     assert '64 x 48' in text and '20 px are allowed.' in text and 'MISSED' not in text
     for node, block in yaml.safe_load(text).items():
-        dials = {dial.name: dial for dial in NODES[node.rpartition('/')[2]]}
+        declarations = named(node.rpartition('/')[2])
         for name, value in block['ros__parameters'].items():
-            accepted = dials[name].accept(value)
+            accepted = declarations[name].accept(value)
             assert accepted == value and type(accepted) is type(value), name
     wind, physics, renderer = (yaml.safe_load(text)[f'/**/{node}']['ros__parameters']
                                for node in ('wind', 'physics', 'renderer'))

@@ -14,7 +14,7 @@
 
 """A physics node in this process, fed with messages as the network would feed it."""
 from flag_sim.nodes.physics import Physics
-from flag_sim.protocol.frames import Tag
+from flag_sim.protocol.frames import FrameId
 from flag_sim.ros import messages
 from rclpy.parameter import Parameter
 
@@ -50,9 +50,9 @@ class Bench:
 
     def message(self, time, wind=WIND, keyed=None):
         """Return the `parameters` message of the take's next frame, at a time [s]."""
-        tag = Tag(round(time * 1e9), 1, self._index, self._index)
+        frame = FrameId(round(time * 1e9), 1, self._index, self._index)
         self._index += 1
-        return messages.parameters_message('/wind', tag, wind, keyed or {})
+        return messages.parameters_message('/wind', frame, wind, keyed or {})
 
     def frame(self, time, wind=WIND, keyed=None):
         """Play a frame at a time [s]; return the positions (rows, columns, 3) [m], or None."""

@@ -21,5 +21,5 @@ class DepthPicture(Picture):
 
     def draw(self, *scene, **look):
         """Draw as Picture does."""
-        self.frame = super().draw(*scene, with_depth=True, **look)
+        self.frame = super().draw(*scene, channels=['depth'], **look)
         return self.frame

@@ -28,53 +28,16 @@ are no vectors; a V-cycle of multigrid 20 and 24, at the price of some six produ
 multilevel (BPX) 63 and 77, of some two. Two to three times less work would still be dearer
 than symplectic (see implicit).
 """
-from flag_sim.cloth.solvers.matrix import multiply
+from flag_sim.cloth.records import Band, Field
+from flag_sim.cloth.solvers.elementwise import add, dot, norm2
+from flag_sim.cloth.solvers.matrix import multiply, System
 from flag_sim.jit.kernels import inner_kernel
-import numpy as np
-
-# In vectors, and so in another order than written; the order is the same in every run.
-SUMS = {'contract', 'reassoc'}
-
-
-@inner_kernel(fastmath=SUMS)
-def dot(a, b, span):
-    """Return the sum of a . b over all nodes, in float64 whatever the fields are."""
-    ax, ay, az = a
-    bx, by, bz = b
-    first, last, _ = span
-    total = 0.0
-    for i in range(first, last):
-        total += (np.float64(ax[i]) * bx[i] + np.float64(ay[i]) * by[i]
-                  + np.float64(az[i]) * bz[i])
-    return total
-
-
-@inner_kernel(fastmath=SUMS)
-def norm2(a, weight, span):
-    """Return the sum of weight a . a over all nodes, in float64 whatever the fields are."""
-    x, y, z = a
-    first, last, _ = span
-    total = 0.0
-    for i in range(first, last):
-        ax, ay, az = np.float64(x[i]), np.float64(y[i]), np.float64(z[i])
-        total += weight[i] * (ax * ax + ay * ay + az * az)
-    return total
 
 
 @inner_kernel
-def add(field, factor, other, span):
-    """Add a factor times another field to a field."""
-    first, last, _ = span
-    for axis in range(3):
-        f, o = field[axis], other[axis]
-        for i in range(first, last):
-            f[i] += factor * o[i]
-
-
-@inner_kernel
-def _turn(direction, kept, residual, inverse_mass, span):
+def _turn(direction, kept, residual, inverse_mass, band):
     """Set the next direction: M^-1 residual and a part of the last direction that is kept."""
-    first, last, _ = span
+    first, last, _ = band
     for axis in range(3):
         d, r = direction[axis], residual[axis]
         for i in range(first, last):
@@ -82,8 +45,8 @@ def _turn(direction, kept, residual, inverse_mass, span):
 
 
 @inner_kernel
-def solve(matrix, mass, inverse_mass, weights, coefficients, work, residual, direction, product,
-          solution, tolerance, limit, dt, span):
+def solve(system: System, residual: Field, direction: Field, product: Field, solution: Field,
+          tolerance: float, limit: int, band: Band) -> None:
     """
     Improve the solution [m/s] until its residual is small, at most `limit` times.
 
@@ -92,16 +55,16 @@ def solve(matrix, mass, inverse_mass, weights, coefficients, work, residual, dir
 
     Nodes without inverse mass, pins and ghosts, have no direction and so keep their solution.
     """
-    left = norm2(residual, inverse_mass, span)
+    inverse_mass, number = system.sheet.inverse_mass, type(system.dt)
+    left = norm2(residual, inverse_mass, band)
     enough = tolerance * tolerance * left
-    number = type(dt)
-    _turn(direction, number(0.0), residual, inverse_mass, span)
+    _turn(direction, number(0.0), residual, inverse_mass, band)
     for _ in range(limit):
         if not left > enough:
             break
-        multiply(matrix, mass, weights, coefficients, work, direction, product, dt, span)
-        length = number(left / dot(direction, product, span))
-        add(solution, length, direction, span)
-        add(residual, -length, product, span)
-        before, left = left, norm2(residual, inverse_mass, span)
-        _turn(direction, number(left / before), residual, inverse_mass, span)
+        multiply(system, direction, product, band)
+        length = number(left / dot(direction, product, band))
+        add(solution, length, direction, band)
+        add(residual, -length, product, band)
+        before, left = left, norm2(residual, inverse_mass, band)
+        _turn(direction, number(left / before), residual, inverse_mass, band)

@@ -17,20 +17,21 @@ import math
 
 from flag_sim.cloth.collision import collide
 from flag_sim.cloth.forces import set_forces
+from flag_sim.cloth.material import Air
 from flag_sim.cloth.solvers.solver import Solver
 from flag_sim.jit.kernels import shared_kernel, wide_kernel
 from flag_sim.parallel.barrier import wait
 
 
 @wide_kernel
-def _update(position, velocity, force, inverse_mass, position_out, velocity_out, dt, keep, span):
+def _update(nodes, force, inverse_mass, nodes_out, dt, keep, band):
     """Move the nodes; keep: what the nodes' damping leaves of a velocity in a step."""
-    x, y, z = position
-    vx, vy, vz = velocity
+    x, y, z = nodes.position
+    vx, vy, vz = nodes.velocity
     fx, fy, fz = force
-    x_out, y_out, z_out = position_out
-    vx_out, vy_out, vz_out = velocity_out
-    first, last, _ = span
+    x_out, y_out, z_out = nodes_out.position
+    vx_out, vy_out, vz_out = nodes_out.velocity
+    first, last, _ = band
     for i in range(first, last):
         t_m = dt * inverse_mass[i]
         x_out[i] = x[i] + dt * vx[i]
@@ -42,19 +43,20 @@ def _update(position, velocity, force, inverse_mass, position_out, velocity_out,
 
 
 @shared_kernel
-def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inverse_mass, weights,
-                coefficients, work, dt, count, span):
-    """Take count steps, each from one pair of arrays to the other."""
+def _take_steps(nodes, nodes_out, sheet, coefficients, work, scratch, steps, band):
+    """Take steps as Solver.take_steps says."""
+    dt = steps.dt
     one = type(dt)(1.0)
+    # Node damping, taken implicitly: v' = v - h nu v'.
     keep = one / (one + dt * coefficients.node_damping)
-    for _ in range(count):
-        set_forces(position, velocity, wind, mass, weights, coefficients, work, dt, span)
-        _update(position, velocity, work.force, inverse_mass, position_out, velocity_out, dt, keep,
-                span)
-        collide(position, position_out, velocity_out, coefficients.limits, work.contact, span)
+    for _ in range(steps.count):
+        # All forces at the step's beginning; positions and velocities by them.
+        set_forces(nodes, sheet, coefficients, work, dt, band)
+        _update(nodes, work.force, sheet.inverse_mass, nodes_out, dt, keep, band)
+        # The pole, and the attachment to the hoist.
+        collide(nodes.position, nodes_out, coefficients.limits, work.contact, band)
         wait(work.barrier)
-        position, position_out = position_out, position
-        velocity, velocity_out = velocity_out, velocity
+        nodes, nodes_out = nodes_out, nodes
 
 
 class Euler(Solver):
@@ -62,15 +64,16 @@ class Euler(Solver):
     The method that textbooks begin with, kept to show why the others exist.
 
     First order. Unstable by nature: it feeds energy into every mode that nothing damps, such as
-    waves across a taut sheet, at the rate dt omega^2 / 2. The cloth is held where that ends badly.
+    waves across a taut sheet, at the rate dt omega^2 / 2. A frame where that ends badly is refused.
     """
 
     order = 1
+    drag_order = 1
     take_steps = staticmethod(_take_steps)
-    is_shared = True
+    is_parallel = True
 
-    @staticmethod
-    def largest_step(omega, gamma, air):
+    @classmethod
+    def largest_step(cls, omega: float, gamma: float, air: Air) -> float:
         """
         Return the largest step [s] that is stable for stretch, which the dashpots damp.
 
@@ -86,7 +89,7 @@ class Euler(Solver):
         return min(gamma / omega**2, 1.0 / gamma) if omega > 0.0 else 1.0 / gamma
 
     @classmethod
-    def stable_step(cls, omega, gamma, air):
+    def stable_step(cls, omega: float, gamma: float, air: Air) -> float:
         """Return 0: no step is stable for waves across a taut sheet, which nothing damps."""
         del omega, gamma, air
         return 0.0

@@ -18,12 +18,20 @@ from typing import NamedTuple
 
 from flag_sim.cloth.collision import collide
 from flag_sim.cloth.forces import Coefficients, set_forces
-from flag_sim.cloth.rigid import (
-    add_rigid, Body, freedom_of, inertia, mass_center, rigid_of)
-from flag_sim.cloth.solvers.conjugate import add, dot, norm2, solve
+from flag_sim.cloth.material import Air
+from flag_sim.cloth.mesh import Mesh
+from flag_sim.cloth.model import Model
+from flag_sim.cloth.records import Field, Nodes
+from flag_sim.cloth.solvers.conjugate import solve
+from flag_sim.cloth.solvers.elementwise import (
+    add, copy, dot, fill, norm2, scale, set_difference, set_sum)
 from flag_sim.cloth.solvers.matrix import (
-    add_drag, FIELDS, Matrix, multiply, set_faces, set_springs)
+    add_drag, FIELDS, Matrix, multiply, set_faces, set_springs, System)
+from flag_sim.cloth.solvers.rigid import (
+    add_rigid, Body, FREE, Freedom, freedom_of, inertia_of, rigid_of)
 from flag_sim.cloth.solvers.solver import Solver
+from flag_sim.cloth.springs import Springs
+from flag_sim.cloth.state import State
 from flag_sim.jit.kernels import inner_kernel, kernel
 
 TOLERANCE = 1e-3
@@ -36,55 +44,39 @@ class Scratch(NamedTuple):
     """What a step is computed in; nothing is kept in it between steps."""
 
     matrix: Matrix
-    residual: tuple   # x, y, z [N s]
-    direction: tuple  # of conjugate gradients
-    product: tuple
-    guess: tuple      # the velocities that forces are taken at [m/s]
-    wind: tuple       # the wind's forces there [N]
+    residual: Field   # [N s]
+    direction: Field  # of conjugate gradients
+    product: Field
+    guess: Field      # the velocities that forces are taken at [m/s]
+    wind: Field       # the wind's forces there [N]
+    freedom: Freedom  # which rigid motions the pins leave free
 
     @classmethod
-    def of(cls, mesh):
+    def of(cls, mesh: Mesh) -> 'Scratch':
         """Return the scratch fields for a mesh."""
         fields = tuple(mesh.fields(FIELDS + 15))
-        return cls(Matrix.of(fields), *(fields[at:at + 3] for at in range(FIELDS, FIELDS + 15, 3)))
+        none = (0.0, 0.0, 0.0)
+        return cls(Matrix.of(fields), *(fields[at:at + 3] for at in range(FIELDS, FIELDS + 15, 3)),
+                   Freedom(FREE, none, none))
 
 
 @inner_kernel
-def _guess(velocity, inverse_mass, gravity, dt, velocity_out, span):
+def _guess(velocity, inverse_mass, gravity, dt, velocity_out, band):
     """Guess that the nodes fall freely."""
     x, y, z = velocity
     x_out, y_out, z_out = velocity_out
     fallen, none = dt * gravity, type(dt)(0.0)
-    first, last, _ = span
+    first, last, _ = band
     for i in range(first, last):
         x_out[i], y_out[i] = x[i], y[i]
         z_out[i] = z[i] - (fallen if inverse_mass[i] > 0.0 else none)
 
 
 @inner_kernel
-def _keep(guess, wind, scratch, span):
-    """Keep the guess and the wind's forces."""
-    first, last, _ = span
-    for axis in range(3):
-        v, f, kept_v, kept_f = guess[axis], wind[axis], scratch.guess[axis], scratch.wind[axis]
-        for i in range(first, last):
-            kept_v[i], kept_f[i] = v[i], f[i]
-
-
-@inner_kernel
-def _move(position, velocity, dt, position_out, span):
-    """Move the nodes by a velocity."""
-    first, last, _ = span
-    for axis in range(3):
-        x, v, out = position[axis], velocity[axis], position_out[axis]
-        for i in range(first, last):
-            out[i] = x[i] + dt * v[i]
-
-
-@inner_kernel
-def _set_residual(velocity, velocity_out, force, mass, node_damping, dt, residual, span):
+def _set_residual(velocity, velocity_out, force, system, residual, band):
     """Set what the guess y leaves of M (v - y) + h f(x + h y, y) - h nu M y [N s]."""
-    first, last, _ = span
+    mass, node_damping, dt = system.sheet.mass, system.coefficients.node_damping, system.dt
+    first, last, _ = band
     for axis in range(3):
         v, y, f, r = velocity[axis], velocity_out[axis], force[axis], residual[axis]
         for i in range(first, last):
@@ -92,38 +84,7 @@ def _set_residual(velocity, velocity_out, force, mass, node_damping, dt, residua
 
 
 @inner_kernel
-def _set_difference(a, b, difference, span):
-    """Set the difference a - b of two fields."""
-    first, last, _ = span
-    for axis in range(3):
-        u, v, d = a[axis], b[axis], difference[axis]
-        for i in range(first, last):
-            d[i] = u[i] - v[i]
-
-
-@inner_kernel
-def _set_all(field, value, span):
-    """Set a field to one value."""
-    first, last, _ = span
-    for axis in range(3):
-        f = field[axis]
-        for i in range(first, last):
-            f[i] = value
-
-
-@inner_kernel
-def _scale(field, factor, span):
-    """Multiply a field by a factor."""
-    first, last, _ = span
-    for axis in range(3):
-        f = field[axis]
-        for i in range(first, last):
-            f[i] *= factor
-
-
-@inner_kernel
-def _lose_energy(velocity, velocity_out, matrix, mass, weights, coefficients, work, residual,
-                 product, dt, span):
+def _lose_energy(velocity, velocity_out, system, residual, product, band):
     """
     See to it that a system that is not solved to the end gives no energy to the cloth.
 
@@ -135,17 +96,20 @@ def _lose_energy(velocity, velocity_out, matrix, mass, weights, coefficients, wo
     All but the last are losses. Where that might be more than the first makes up for, y is made as
     long as leaves r^T y = 0, the best that there is in its direction.
     """
-    gained = -dot(residual, velocity_out, span)
-    _set_difference(velocity_out, velocity, product, span)
-    if gained > 0.5 * norm2(product, mass, span):
-        multiply(matrix, mass, weights, coefficients, work, velocity_out, product, dt, span)
-        _scale(velocity_out, type(dt)(1.0 - gained / dot(velocity_out, product, span)), span)
+    gained = -dot(residual, velocity_out, band)
+    set_difference(velocity_out, velocity, product, band)
+    if gained > 0.5 * norm2(product, system.sheet.mass, band):
+        multiply(system, velocity_out, product, band)
+        factor = 1.0 - gained / dot(velocity_out, product, band)
+        scale(velocity_out, type(system.dt)(factor), band)
 
 
 @inner_kernel
-def _set_inner(velocity_out, scratch, inverse_mass, node_damping, dt, span):
+def _set_inner(velocity_out, scratch, system, band):
     """Make scratch.product, velocities less the guess, the part that inner forces have in it."""
-    first, last, _ = span
+    inverse_mass, dt = system.sheet.inverse_mass, system.dt
+    node_damping = system.coefficients.node_damping
+    first, last, _ = band
     for axis in range(3):
         y, f = velocity_out[axis], scratch.wind[axis]
         drag, change = scratch.residual[axis], scratch.product[axis]
@@ -154,15 +118,15 @@ def _set_inner(velocity_out, scratch, inverse_mass, node_damping, dt, span):
 
 
 @inner_kernel
-def _drag_on(field, scratch, work, coefficients, span):
+def _drag_on(field, scratch, system, band):
     """Set scratch.residual to what the wind's drag takes from velocities, h G times a field."""
-    _set_all(scratch.residual, 0.0, span)
-    if coefficients.drag > 0.0:
-        add_drag(scratch.matrix, field, work.faces, scratch.residual, span)
+    fill(scratch.residual, type(system.dt)(0.0), band)
+    if system.coefficients.wind.drag > 0.0:
+        add_drag(scratch.matrix, field, system.work.faces, scratch.residual, band)
 
 
 @inner_kernel
-def _keep_momentum(position, velocity_out, body, scratch, work, coefficients, dt, span):
+def _keep_momentum(position, velocity_out, scratch, system, band):
     """
     Take off the rigid motion that inner forces seem to have caused, as none can.
 
@@ -171,56 +135,57 @@ def _keep_momentum(position, velocity_out, body, scratch, work, coefficients, dt
     either, nor its drag on what the velocities differ by from the guess that it was taken at. The
     drag that the change itself meets is taken implicitly, as all drag is here.
     """
-    nu, change = coefficients.node_damping, scratch.product
-    total, center = mass_center(position, body.mass, body.freedom, span)
-    moments = inertia(position, body.mass, center, span)
-    _set_difference(velocity_out, scratch.guess, change, span)
-    _drag_on(change, scratch, work, coefficients, span)
-    _set_inner(velocity_out, scratch, body.inverse_mass, nu, dt, span)
-    rigid = rigid_of(position, change, body, total, center, moments, span)
-    _set_all(change, 0.0, span)
-    add_rigid(position, body.inverse_mass, rigid, change, span)
-    _drag_on(change, scratch, work, coefficients, span)
-    inertial = norm2(change, body.mass, span)
-    resisting = (1.0 + dt * nu) * inertial + dot(change, scratch.residual, span)
+    nu, dt, change = system.coefficients.node_damping, system.dt, scratch.product
+    body = Body(system.sheet.mass, system.sheet.inverse_mass, scratch.freedom)
+    inertia = inertia_of(position, body, band)
+    set_difference(velocity_out, scratch.guess, change, band)
+    _drag_on(change, scratch, system, band)
+    _set_inner(velocity_out, scratch, system, band)
+    rigid = rigid_of(position, change, body, inertia, band)
+    fill(change, type(dt)(0.0), band)
+    add_rigid(position, body.inverse_mass, rigid, change, band)
+    _drag_on(change, scratch, system, band)
+    inertial = norm2(change, body.mass, band)
+    resisting = (1.0 + dt * nu) * inertial + dot(change, scratch.residual, band)
     if resisting > 0.0:
-        add(velocity_out, type(dt)(-inertial / resisting), change, span)
+        add(velocity_out, type(dt)(-inertial / resisting), change, band)
 
 
 @kernel
-def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inverse_mass, weights,
-                coefficients, work, scratch, freedom, dt, count, span):
-    """Take count steps, each from one pair of arrays to the other."""
-    matrix, residual, product = scratch.matrix, scratch.residual, scratch.product
+def _take_steps(nodes, nodes_out, sheet, coefficients, work, scratch, steps, band):
+    """Take steps as Solver.take_steps says."""
+    dt, residual = steps.dt, scratch.residual
     zero = type(dt)(0.0)
     none = (zero, zero, zero)
-    blown = Coefficients(none, none, coefficients.spring_rest, none, zero, coefficients.drag,
-                         coefficients.drag_rate, coefficients.law, coefficients.order,
-                         coefficients.node_damping, coefficients.limits)
-    body = Body(mass, inverse_mass, freedom)
-    for _ in range(count):
-        _guess(velocity, inverse_mass, coefficients.gravity, dt, velocity_out, span)
-        _move(position, velocity_out, dt, position_out, span)
-        # The wind's momentary force: that it weakens as the cloth yields is in the matrix.
-        set_forces(position_out, velocity_out, wind, mass, weights, blown, work, zero, span)
-        _keep(velocity_out, work.force, scratch, span)
-        set_forces(position_out, velocity_out, wind, mass, weights, coefficients, work, zero, span)
-        _set_residual(velocity, velocity_out, work.force, mass, coefficients.node_damping, dt,
-                      residual, span)
-        set_springs(position_out, weights, coefficients.spring_k, coefficients.spring_c,
-                    coefficients.spring_rest, matrix, dt, span)
-        if coefficients.drag > 0.0:
-            set_faces(position_out, velocity_out, wind, weights, coefficients.drag,
-                      coefficients.law, matrix, dt, span)
-        solve(matrix, mass, inverse_mass, weights, coefficients, work, residual, scratch.direction,
-              product, velocity_out, TOLERANCE, LIMIT, dt, span)
-        _lose_energy(velocity, velocity_out, matrix, mass, weights, coefficients, work, residual,
-                     product, dt, span)
-        _keep_momentum(position, velocity_out, body, scratch, work, coefficients, dt, span)
-        _move(position, velocity_out, dt, position_out, span)
-        collide(position, position_out, velocity_out, coefficients.limits, work.contact, span)
-        position, position_out = position_out, position
-        velocity, velocity_out = velocity_out, velocity
+    wind_alone = Coefficients(Springs(none, none, coefficients.springs.rest), none, zero,
+                              coefficients.wind, coefficients.node_damping, coefficients.limits)
+    system = System(scratch.matrix, sheet, coefficients, work, dt)
+    for _ in range(steps.count):
+        position, velocity = nodes
+        position_out, velocity_out = nodes_out
+        # Free fall, the guess about which the forces are linearised.
+        _guess(velocity, sheet.inverse_mass, coefficients.gravity, dt, velocity_out, band)
+        set_sum(position, dt, velocity_out, position_out, band)
+        # The wind's momentary force (1.3, 1.4): that it weakens as the cloth yields is in A.
+        set_forces(nodes_out, sheet, wind_alone, work, zero, band)
+        copy(velocity_out, scratch.guess, band)
+        copy(work.force, scratch.wind, band)
+        # All forces (1.6), and what they leave of the step's equation.
+        set_forces(nodes_out, sheet, coefficients, work, zero, band)
+        _set_residual(velocity, velocity_out, work.force, system, residual, band)
+        # What a change of velocity does to them: the matrix A of springs and wind.
+        set_springs(position_out, sheet.weights, coefficients.springs, scratch.matrix, dt, band)
+        if coefficients.wind.drag > 0.0:
+            set_faces(nodes_out, coefficients.wind, sheet.weights, scratch.matrix, dt, band)
+        # One step of Newton's method, which gives the cloth no energy and no momentum.
+        solve(system, residual, scratch.direction, scratch.product, velocity_out, TOLERANCE, LIMIT,
+              band)
+        _lose_energy(velocity, velocity_out, system, residual, scratch.product, band)
+        _keep_momentum(position, velocity_out, scratch, system, band)
+        set_sum(position, dt, velocity_out, position_out, band)
+        # The pole, and the attachment to the hoist.
+        collide(position, nodes_out, coefficients.limits, work.contact, band)
+        nodes, nodes_out = nodes_out, nodes
 
 
 class Implicit(Solver):
@@ -241,20 +206,20 @@ class Implicit(Solver):
     """
 
     order = 1
+    drag_order = 1
     useful_step = 1.0 / 300.0
     take_steps = staticmethod(_take_steps)
 
-    def __init__(self, model):
-        super().__init__(model)
-        self._scratch = (Scratch.of(model.mesh), None)
+    @classmethod
+    def new_scratch(cls, model: Model) -> Scratch:
+        """Return the arrays of a step."""
+        return Scratch.of(model.mesh)
 
-    def advance(self, state, *arguments):
-        """Take steps as every Solver does; which rigid motions are free follows from the pins."""
-        self._scratch = (self._scratch[0], freedom_of(state))
-        return super().advance(state, *arguments)
+    def scratch_from(self, state: State) -> Scratch:
+        """Return the arrays of a step, and which rigid motions the pins of a state leave free."""
+        return self._scratch._replace(freedom=freedom_of(state))
 
-    @staticmethod
-    def largest_step(omega, gamma, air):
+    @classmethod
+    def largest_step(cls, omega: float, gamma: float, air: Air) -> float:
         """Return infinity: no step is unstable."""
-        del omega, gamma, air
         return math.inf

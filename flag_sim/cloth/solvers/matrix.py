@@ -24,10 +24,13 @@ from its neighbours. All five terms are symmetric and none is negative, so neith
 import math
 from typing import NamedTuple
 
-from flag_sim.cloth.aerodynamics import add_faces
-from flag_sim.cloth.bending import add_moments, set_moments
-from flag_sim.cloth.mesh import LEAST_AREA2, LEAST_LENGTH2, ONE
+from flag_sim.cloth.aerodynamics import add_pressure_forces, Wind
+from flag_sim.cloth.bending import add_bending_forces, set_moments
+from flag_sim.cloth.forces import Coefficients, Work
+from flag_sim.cloth.mesh import LEAST_AREA2, LEAST_LENGTH2
 from flag_sim.cloth.pressure import pressure
+from flag_sim.cloth.records import Band, Field, NEXT, Nodes, Sheet, Weights
+from flag_sim.cloth.springs import Springs
 from flag_sim.jit.kernels import inner_kernel
 
 FIELDS = 22
@@ -48,16 +51,26 @@ class Matrix(NamedTuple):
     faces: tuple    # sqrt(h dF/du_n) n, x y z of upper, then of lower faces [sqrt(kg)]
 
     @classmethod
-    def of(cls, fields):
+    def of(cls, fields: tuple) -> 'Matrix':
         """Return a matrix in FIELDS flat fields."""
         return cls(tuple(fields[:4]), tuple(tuple(fields[i:i + 3]) for i in (4, 7, 10, 13)),
                    tuple(fields[16:22]))
 
 
+class System(NamedTuple):
+    """The matrix with all that its products need."""
+
+    matrix: Matrix
+    sheet: Sheet
+    coefficients: Coefficients
+    work: Work  # overwritten by each product
+    dt: float   # the step h [s]
+
+
 @inner_kernel
-def _set_spring(position, i, j, at, weight, stiff, damp, rest, across, along):
+def _spring_terms(position, i, j, weight, stiff, damp, rest):
     """
-    Set what the spring from i to j, with a share of h^2 k and h c, does to its ends.
+    Return across and along of the spring from i to j, with a weight of h^2 k and h c.
 
     The Hessian of k (l - L)^2 / 2 is k n n^T + T (1 - n n^T), T = k (1 - L / l). A spring that is
     pressed together has negative T: it would rather buckle. T is taken to be zero there (Choi and
@@ -70,69 +83,78 @@ def _set_spring(position, i, j, at, weight, stiff, damp, rest, across, along):
     inverse = one / math.sqrt(max(dx * dx + dy * dy + dz * dz, number(LEAST_LENGTH2)))
     tension = weight * stiff * max(one - rest * inverse, zero)
     size = math.sqrt(weight * (stiff + damp) - tension) * inverse
-    across[at] = tension
-    along[0][at], along[1][at], along[2][at] = size * dx, size * dy, size * dz
+    return tension, (size * dx, size * dy, size * dz)
 
 
 @inner_kernel
-def set_springs(position, weights, spring_k, spring_c, spring_rest, matrix, dt, span):
+def set_springs(position: Field, weights: Weights, springs: Springs, matrix: Matrix, dt: float,
+                band: Band) -> None:
     """Fill the springs' part of the matrix at positions."""
-    k_a, k_d, k_x = dt * dt * spring_k[0], dt * dt * spring_k[1], dt * dt * spring_k[2]
-    c_a, c_d, c_x = dt * spring_c[0], dt * spring_c[1], dt * spring_c[2]
-    rest_a, rest_d, rest_x = spring_rest
-    across, along = matrix.across, matrix.along
-    first, last, stride = span
+    (k_a, k_d, k_x), (c_a, c_d, c_x), (rest_a, rest_d, rest_x) = springs
+    k_a, k_d, k_x = dt * dt * k_a, dt * dt * k_d, dt * dt * k_x
+    c_a, c_d, c_x = dt * c_a, dt * c_d, dt * c_x
+    ta, td, tr, tf = matrix.across
+    (ax, ay, az), (dx, dy, dz), (rx, ry, rz), (fx, fy, fz) = matrix.along
+    first, last, stride = band
     for i in range(first, last):
-        e, s, d = i + ONE, i + stride, i + stride + ONE
-        _set_spring(position, i, e, i, weights.across[i], k_a, c_a, rest_a, across[0], along[0])
-        _set_spring(position, i, s, i, weights.down[i], k_d, c_d, rest_d, across[1], along[1])
-        _set_spring(position, s, e, i, weights.cell[i], k_x, c_x, rest_x, across[2], along[2])
-        _set_spring(position, i, d, i, weights.cell[i], k_x, c_x, rest_x, across[3], along[3])
+        e, s, d = i + NEXT, i + stride, i + stride + NEXT
+        ta[i], (ax[i], ay[i], az[i]) = _spring_terms(
+            position, i, e, weights.across[i], k_a, c_a, rest_a)
+        td[i], (dx[i], dy[i], dz[i]) = _spring_terms(
+            position, i, s, weights.down[i], k_d, c_d, rest_d)
+        tr[i], (rx[i], ry[i], rz[i]) = _spring_terms(
+            position, s, e, weights.cell[i], k_x, c_x, rest_x)
+        tf[i], (fx[i], fy[i], fz[i]) = _spring_terms(
+            position, i, d, weights.cell[i], k_x, c_x, rest_x)
 
 
 @inner_kernel
-def _set_face(position, velocity, wind, i, j, k, at, weight, drag, law, nx, ny, nz):
-    """Set what the face with its right angle in i does to its nodes; drag: h times that of Air."""
+def _face_terms(nodes, corners, wind, drag, weight):
+    """Return the vector of a face, its right angle in the first corner; drag: h times Air's."""
     number = type(drag)
     half, quarter = number(0.5), number(0.25)
-    x, y, z = position
-    vx, vy, vz = velocity
+    x, y, z = nodes.position
+    vx, vy, vz = nodes.velocity
+    wx, wy, wz = wind.velocity
+    i, j, k = corners
     px, py, pz = x[j] - x[i], y[j] - y[i], z[j] - z[i]
     qx, qy, qz = x[k] - x[i], y[k] - y[i], z[k] - z[i]
     ax, ay, az = (half * (py * qz - pz * qy), half * (pz * qx - px * qz),
                   half * (px * qy - py * qx))
     area2 = max(ax * ax + ay * ay + az * az, number(LEAST_AREA2))
-    flux = ((wind[0] - half * vx[i] - quarter * (vx[j] + vx[k])) * ax
-            + (wind[1] - half * vy[i] - quarter * (vy[j] + vy[k])) * ay
-            + (wind[2] - half * vz[i] - quarter * (vz[j] + vz[k])) * az)
-    _, rate = pressure(flux, area2, law)
+    flux = ((wx - half * vx[i] - quarter * (vx[j] + vx[k])) * ax
+            + (wy - half * vy[i] - quarter * (vy[j] + vy[k])) * ay
+            + (wz - half * vz[i] - quarter * (vz[j] + vz[k])) * az)
+    _, rate = pressure(flux, area2, wind.law)
     size = math.sqrt(weight * drag * rate / area2)
-    nx[at], ny[at], nz[at] = size * ax, size * ay, size * az
+    return size * ax, size * ay, size * az
 
 
 @inner_kernel
-def set_faces(position, velocity, wind, weights, drag, law, matrix, dt, span):
+def set_faces(nodes: Nodes, wind: Wind, weights: Weights, matrix: Matrix, dt: float,
+              band: Band) -> None:
     """Fill the wind's part of the matrix: the derivative of the laws of `pressure`."""
     ux, uy, uz, lx, ly, lz = matrix.faces
-    first, last, stride = span
+    drag = dt * wind.drag
+    first, last, stride = band
     for i in range(first, last):
-        e, s, d = i + ONE, i + stride, i + stride + ONE
+        e, s, d = i + NEXT, i + stride, i + stride + NEXT
         weight = weights.cell[i]
-        _set_face(position, velocity, wind, i, e, s, i, weight, dt * drag, law, ux, uy, uz)
-        _set_face(position, velocity, wind, d, s, e, i, weight, dt * drag, law, lx, ly, lz)
+        ux[i], uy[i], uz[i] = _face_terms(nodes, (i, e, s), wind, drag, weight)
+        lx[i], ly[i], lz[i] = _face_terms(nodes, (d, s, e), wind, drag, weight)
 
 
 @inner_kernel
-def _multiply_springs(matrix, mass, inertia, field, product, span):
+def _multiply_springs(matrix, mass, inertia, field, product, band):
     """Set the product to that of masses and springs; each node gathers from the eight it has."""
     x, y, z = field
     ox, oy, oz = product
     ta, td, tr, tf = matrix.across
     (ax, ay, az), (dx, dy, dz), (rx, ry, rz), (fx, fy, fz) = matrix.along
-    first, last, stride = span
+    first, last, stride = band
     for i in range(first, last):
-        e, w, s, n = i + ONE, i - ONE, i + stride, i - stride
-        se, nw, sw, ne = s + ONE, n - ONE, s - ONE, n + ONE
+        e, w, s, n = i + NEXT, i - NEXT, i + stride, i - stride
+        se, nw, sw, ne = s + NEXT, n - NEXT, s - NEXT, n + NEXT
         m = inertia * mass[i]
         px, py, pz = m * x[i], m * y[i], m * z[i]
 
@@ -168,15 +190,15 @@ def _multiply_springs(matrix, mass, inertia, field, product, span):
 
 
 @inner_kernel
-def _push_faces(matrix, field, faces, span):
+def _set_face_drag(matrix, field, faces, band):
     """Fill half of what each face answers to the change of its velocity by the field."""
     x, y, z = field
     ux, uy, uz, lx, ly, lz = matrix.faces
     fux, fuy, fuz, flx, fly, flz = faces
     half, quarter = x.dtype.type(0.5), x.dtype.type(0.25)
-    first, last, stride = span
+    first, last, stride = band
     for i in range(first, last):
-        e, s, d = i + ONE, i + stride, i + stride + ONE
+        e, s, d = i + NEXT, i + stride, i + stride + NEXT
         # The node in the right angle has half a share in its face's velocity, others a quarter.
         sx, sy, sz = quarter * (x[e] + x[s]), quarter * (y[e] + y[s]), quarter * (z[e] + z[s])
         g = half * ((sx + half * x[i]) * ux[i] + (sy + half * y[i]) * uy[i]
@@ -188,22 +210,23 @@ def _push_faces(matrix, field, faces, span):
 
 
 @inner_kernel
-def add_drag(matrix, field, faces, product, span):
+def add_drag(matrix: Matrix, field: Field, faces: tuple, product: Field, band: Band) -> None:
     """Add h G times a field to a product, G of the wind's drag; faces are overwritten."""
-    _push_faces(matrix, field, faces, span)
-    add_faces(faces, product, span)
+    _set_face_drag(matrix, field, faces, band)
+    add_pressure_forces(faces, product, band)
 
 
 @inner_kernel
-def multiply(matrix, mass, weights, coefficients, work, field, product, dt, span):
-    """Set the product of A and a field that is zero at pins and ghosts; work is overwritten."""
+def multiply(system: System, field: Field, product: Field, band: Band) -> None:
+    """Set the product of A and a field that is zero at pins and ghosts."""
+    matrix, sheet, coefficients, work, dt = system
     inertia = type(dt)(1.0) + dt * coefficients.node_damping
-    _multiply_springs(matrix, mass, inertia, field, product, span)
+    _multiply_springs(matrix, sheet.mass, inertia, field, product, band)
     if max(coefficients.bend) > 0.0:
         # Bending adds its force; its Hessian is minus that.
         b_across, b_down, b_twist = coefficients.bend
         bend = (-dt * dt * b_across, -dt * dt * b_down, -dt * dt * b_twist)
-        set_moments(field, weights, bend, work.moments, span)
-        add_moments(work.moments, product, span)
-    if coefficients.drag > 0.0:
-        add_drag(matrix, field, work.faces, product, span)
+        set_moments(field, sheet.weights, bend, work.moments, band)
+        add_bending_forces(work.moments, product, band)
+    if coefficients.wind.drag > 0.0:
+        add_drag(matrix, field, work.faces, product, band)

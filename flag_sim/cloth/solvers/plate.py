@@ -13,9 +13,9 @@
 # limitations under the License.
 
 """
-Bending for position-based dynamics: all curvatures of a line are met at once, by elimination.
+Bending for position-based dynamics: all curvatures of a line are projected at once, by elimination.
 
-Met one after the other, stiff curvatures give way to their neighbours, and the sheet is the limper
+Projected one after the other, stiff curvatures give way to their neighbours, and the sheet is the limper
 the finer its grid is. Bending is quadratic in the positions: curvatures D x of constants s = h^2 b
 end a step at x - W D^T p, W the inverse masses, with the Lagrange multipliers p [kg m] (Macklin,
 Mueller, Chentanez, XPBD, 2016, (18), times s) of
@@ -25,7 +25,7 @@ Mueller, Chentanez, XPBD, 2016, (18), times s) of
 Second differences along a line make that a matrix of five diagonals, whose elimination needs no
 pivots; it is the same for all steps of a frame.
 
-The twists T x of all cells are met at once, too. Inverse masses are products w(row) w(column), so
+The twists T x of all cells are projected at once, too. Inverse masses are products w(row) w(column), so
 T W T^T is A C, with A of three diagonals along the rows and C of three down the columns, and
 
     (1 + r A) (1 + r C) = 1 + s T W T^T + r (A + C),    r^2 = s.
@@ -36,7 +36,9 @@ that twists to and fro does it 0.5 % too slowly in steps of h omega = 0.001, 3 %
 import math
 from typing import NamedTuple
 
-from flag_sim.cloth.mesh import ONE
+from flag_sim.cloth.model import Model
+from flag_sim.cloth.records import Band, Field, NEXT, Sheet, Vector
+from flag_sim.cloth.solvers.elementwise import fill
 from flag_sim.jit.kernels import kernel, wide_kernel
 import numpy as np
 
@@ -45,7 +47,7 @@ FIELDS = 15
 
 CARRIED = 2.0**-10
 """
-Greatest s over a node's mass, times a unit in the last place of 1, that is met.
+Greatest s over a node's mass, times a unit in the last place of 1, that is taken.
 
 The matrix has eigenvalues from 1 to 16 times that ratio: beyond, its pivots are but rounding.
 In float64 that is never seen; in float32 a ratio of 8,000 is the plate of B = 70 N m on 121 x 81
@@ -66,7 +68,7 @@ class Plate(NamedTuple):
     most: float          # greatest constant s that the fields' precision carries [kg]
 
     @classmethod
-    def of(cls, model):
+    def of(cls, model: Model) -> 'Plate':
         """Return the fields for a model, with nothing in them but the shares."""
         mesh = model.mesh
         fields = tuple(mesh.fields(FIELDS))
@@ -81,11 +83,11 @@ class Plate(NamedTuple):
 
 
 @kernel
-def _factor_curvatures(inverse_mass, weight, stiffness, back, factors, span):
+def _factor_curvatures(inverse_mass, weight, stiffness, back, factors, band):
     """Factor 1 + s D W D^T of lines, nodes of which lie `back` apart, into L P L^T."""
     inverse, below, second = factors
     one, two, four = type(stiffness)(1.0), type(stiffness)(2.0), type(stiffness)(4.0)
-    first, last, _ = span
+    first, last, _ = band
     for i in range(first, last):
         s = stiffness * weight[i]
         if s > 0.0:
@@ -101,11 +103,11 @@ def _factor_curvatures(inverse_mass, weight, stiffness, back, factors, span):
 
 
 @kernel
-def _factor_twists(share, weight, root, back, factors, span):
+def _factor_twists(share, weight, root, back, factors, band):
     """Factor 1 + r A, or 1 + r C, into L P L^T."""
     inverse, below = factors
     one = type(root)(1.0)
-    first, last, _ = span
+    first, last, _ = band
     for i in range(first, last):
         if weight[i] > 0.0:
             j = i - back
@@ -125,21 +127,22 @@ def _constants(bend, dt, plate):
 
 
 @kernel
-def factor_plate(inverse_mass, weights, bend, dt, plate, span):
+def factor_plate(sheet: Sheet, bend: Vector, dt: float, plate: Plate, band: Band) -> None:
     """Factor the matrices for steps of dt [s]."""
     across, down, twist = _constants(bend, dt, plate)
     root = math.sqrt(twist)
-    stride = span[2]
-    _factor_curvatures(inverse_mass, weights.bend_across, across, ONE, plate.across, span)
-    _factor_curvatures(inverse_mass, weights.bend_down, down, stride, plate.down, span)
-    _factor_twists(plate.share_across, weights.cell, root, ONE, plate.twist_across, span)
-    _factor_twists(plate.share_down, weights.cell, root, stride, plate.twist_down, span)
+    stride = band.stride
+    inverse_mass, weights = sheet.inverse_mass, sheet.weights
+    _factor_curvatures(inverse_mass, weights.bend_across, across, NEXT, plate.across, band)
+    _factor_curvatures(inverse_mass, weights.bend_down, down, stride, plate.down, band)
+    _factor_twists(plate.share_across, weights.cell, root, NEXT, plate.twist_across, band)
+    _factor_twists(plate.share_down, weights.cell, root, stride, plate.twist_down, band)
 
 
 @wide_kernel
-def _add_curvatures(field, weight, stiffness, back, multipliers, span):
+def _add_curvatures(field, weight, stiffness, back, multipliers, band):
     """Add the multipliers [kg m] that curvatures of a field would have if nothing gave way."""
-    first, last, _ = span
+    first, last, _ = band
     for axis in range(3):
         x, p = field[axis], multipliers[axis]
         for i in range(first, last):
@@ -148,7 +151,7 @@ def _add_curvatures(field, weight, stiffness, back, multipliers, span):
 
 
 @kernel
-def _solve_curvatures(factors, back, multipliers, span):
+def _solve_curvatures(factors, back, multipliers, band):
     """
     Solve L P L^T p' = p in place, for lines with nodes `back` apart.
 
@@ -156,7 +159,7 @@ def _solve_curvatures(factors, back, multipliers, span):
     """
     inverse, below, second = factors
     px, py, pz = multipliers
-    first, last, _ = span
+    first, last, _ = band
     for i in range(first, last):
         if inverse[i] > 0.0:
             h, j = i - back - back, i - back
@@ -165,7 +168,7 @@ def _solve_curvatures(factors, back, multipliers, span):
             py[i] -= b * py[h] + a * py[j]
             pz[i] -= b * pz[h] + a * pz[j]
     for n in range(last - first):
-        i = last - ONE - n
+        i = last - NEXT - n
         if inverse[i] > 0.0:
             j, k = i + back, i + back + back
             c, a, b = inverse[i], below[j], second[k]
@@ -175,9 +178,9 @@ def _solve_curvatures(factors, back, multipliers, span):
 
 
 @wide_kernel
-def _move_curved(field, inverse_mass, back, multipliers, span):
+def _move_curved(field, inverse_mass, back, multipliers, band):
     """Move each node by the three curvatures of a line that it has a part in."""
-    first, last, _ = span
+    first, last, _ = band
     for axis in range(3):
         x, p = field[axis], multipliers[axis]
         for i in range(first, last):
@@ -185,18 +188,18 @@ def _move_curved(field, inverse_mass, back, multipliers, span):
 
 
 @kernel
-def _solve_twists(factors, back, multipliers, span):
+def _solve_twists(factors, back, multipliers, band):
     """Solve L P L^T p' = p in place, for lines with cells `back` apart."""
     inverse, below = factors
     px, py, pz = multipliers
-    first, last, _ = span
+    first, last, _ = band
     for i in range(first, last):
         j, a = i - back, below[i]
         px[i] -= a * px[j]
         py[i] -= a * py[j]
         pz[i] -= a * pz[j]
     for n in range(last - first):
-        i = last - ONE - n
+        i = last - NEXT - n
         j, c, a = i + back, inverse[i], below[i + back]
         px[i] = c * px[i] - a * px[j]
         py[i] = c * py[i] - a * py[j]
@@ -204,64 +207,60 @@ def _solve_twists(factors, back, multipliers, span):
 
 
 @wide_kernel
-def _add_twists(field, weight, stiffness, multipliers, span):
+def _add_twists(field, weight, stiffness, multipliers, band):
     """Add the multipliers [kg m] that twists of a field would have if nothing gave way."""
-    first, last, stride = span
+    first, last, stride = band
     for axis in range(3):
         x, p = field[axis], multipliers[axis]
         for i in range(first, last):
-            e, s, d = i + ONE, i + stride, i + stride + ONE
+            e, s, d = i + NEXT, i + stride, i + stride + NEXT
             p[i] += stiffness * weight[i] * ((x[i] - x[e]) - (x[s] - x[d]))
 
 
 @wide_kernel
-def _move_twisted(field, inverse_mass, multipliers, span):
+def _move_twisted(field, inverse_mass, multipliers, band):
     """Move each node by the twists of the four cells that meet in it."""
-    first, last, stride = span
+    first, last, stride = band
     for axis in range(3):
         x, p = field[axis], multipliers[axis]
         for i in range(first, last):
-            w, n = i - ONE, i - stride
-            x[i] -= inverse_mass[i] * ((p[i] - p[w]) - (p[n] - p[n - ONE]))
-
-
-@wide_kernel
-def clear(field, span):
-    """Set a field to zero."""
-    first, last, _ = span
-    for axis in range(3):
-        f = field[axis]
-        for i in range(first, last):
-            f[i] = 0.0
+            w, n = i - NEXT, i - stride
+            x[i] -= inverse_mass[i] * ((p[i] - p[w]) - (p[n] - p[n - NEXT]))
 
 
 @kernel
-def meet_plate(base, increments, inverse_mass, weights, bend, dt, plate, span):
+def project_plate(base: Field | None, increments: Field, sheet: Sheet, bend: Vector, dt: float,
+                  plate: Plate, band: Band) -> None:
     """
     Let bending act on increments d (x, y, z) [m]: twists, curvatures of columns, then of rows.
 
-    base: positions that have curvatures too; None where the plate only holds back. Theirs are
-    added to those of d, not taken of the sum, which would be rounded as positions are. The
-    matrices are those of the last factor_plate.
+    base: positions that have curvatures too; None where the plate only resists. Theirs are added
+    to those of d, not taken of the sum, which would be rounded as positions are. The matrices are
+    those of the last factor_plate.
     """
     across, down, twist = _constants(bend, dt, plate)
-    stride, p = span[2], plate.multipliers
-    clear(p, span)
+    weights, inverse_mass = sheet.weights, sheet.inverse_mass
+    stride, p = band.stride, plate.multipliers
+    zero = type(dt)(0.0)
+    # Twists of all cells.
+    fill(p, zero, band)
     if base is not None:
-        _add_twists(base, weights.cell, twist, p, span)
-    _add_twists(increments, weights.cell, twist, p, span)
-    _solve_twists(plate.twist_across, ONE, p, span)
-    _solve_twists(plate.twist_down, stride, p, span)
-    _move_twisted(increments, inverse_mass, p, span)
-    clear(p, span)
+        _add_twists(base, weights.cell, twist, p, band)
+    _add_twists(increments, weights.cell, twist, p, band)
+    _solve_twists(plate.twist_across, NEXT, p, band)
+    _solve_twists(plate.twist_down, stride, p, band)
+    _move_twisted(increments, inverse_mass, p, band)
+    # Curvatures of the columns.
+    fill(p, zero, band)
     if base is not None:
-        _add_curvatures(base, weights.bend_down, down, stride, p, span)
-    _add_curvatures(increments, weights.bend_down, down, stride, p, span)
-    _solve_curvatures(plate.down, stride, p, span)
-    _move_curved(increments, inverse_mass, stride, p, span)
-    clear(p, span)
+        _add_curvatures(base, weights.bend_down, down, stride, p, band)
+    _add_curvatures(increments, weights.bend_down, down, stride, p, band)
+    _solve_curvatures(plate.down, stride, p, band)
+    _move_curved(increments, inverse_mass, stride, p, band)
+    # Curvatures of the rows.
+    fill(p, zero, band)
     if base is not None:
-        _add_curvatures(base, weights.bend_across, across, ONE, p, span)
-    _add_curvatures(increments, weights.bend_across, across, ONE, p, span)
-    _solve_curvatures(plate.across, ONE, p, span)
-    _move_curved(increments, inverse_mass, ONE, p, span)
+        _add_curvatures(base, weights.bend_across, across, NEXT, p, band)
+    _add_curvatures(increments, weights.bend_across, across, NEXT, p, band)
+    _solve_curvatures(plate.across, NEXT, p, band)
+    _move_curved(increments, inverse_mass, NEXT, p, band)

@@ -17,6 +17,9 @@ import math
 
 from flag_sim.cloth.collision import collide
 from flag_sim.cloth.forces import set_forces
+from flag_sim.cloth.material import Air
+from flag_sim.cloth.model import Model
+from flag_sim.cloth.records import Nodes
 from flag_sim.cloth.solvers.solver import Solver
 from flag_sim.jit.kernels import shared_kernel, wide_kernel
 from flag_sim.parallel.barrier import wait
@@ -24,19 +27,23 @@ from flag_sim.parallel.barrier import wait
 RADIUS = 2.6
 """The half disc of this radius left of the origin lies in the method's region of stability."""
 
+STAGES = ((1.0, 0.5), (2.0, 0.5), (2.0, 1.0), (1.0, 0.0))
+"""Of each: six times its weight in the step, and how far ahead of the step's start the next is."""
+
 
 @wide_kernel
-def _begin(position, velocity, stage_x, stage_v, position_out, velocity_out, keep, span):
+def _begin(nodes, stage, nodes_out, keep, band):
     """
     Write where the first stage begins, and what the stages' sums begin with.
 
     The way is summed alone, and added to the positions once: each sum with them is rounded as they
     are.
     """
-    first, last, _ = span
+    first, last, _ = band
     for axis in range(3):
-        x, v, xs, vs = position[axis], velocity[axis], stage_x[axis], stage_v[axis]
-        x_out, v_out = position_out[axis], velocity_out[axis]
+        x, v, xs, vs = (nodes.position[axis], nodes.velocity[axis], stage.position[axis],
+                        stage.velocity[axis])
+        x_out, v_out = nodes_out.position[axis], nodes_out.velocity[axis]
         for i in range(first, last):
             xs[i], x_out[i] = x[i], 0.0
             vs[i] = keep * v[i]
@@ -44,14 +51,18 @@ def _begin(position, velocity, stage_x, stage_v, position_out, velocity_out, kee
 
 
 @wide_kernel
-def _stage(position, velocity, stage_x, stage_v, force, inverse_mass, position_out, velocity_out,
-           weight, ahead, keep, span):
-    """Add a stage's rates, times weight [s], to the result; go ahead [s] by them to the next."""
-    first, last, _ = span
+def _stage(nodes, stage, force, inverse_mass, nodes_out, times, band):
+    """
+    Add a stage's rates, times its weight, to the result; go ahead by them to the next stage.
+
+    times: weight [s], ahead [s], and what half of the node damping leaves of a velocity.
+    """
+    weight, ahead, keep = times
+    first, last, _ = band
     for axis in range(3):
-        x, v, f = position[axis], velocity[axis], force[axis]
-        xs, vs = stage_x[axis], stage_v[axis]
-        x_out, v_out = position_out[axis], velocity_out[axis]
+        x, v, f = nodes.position[axis], nodes.velocity[axis], force[axis]
+        xs, vs = stage.position[axis], stage.velocity[axis]
+        x_out, v_out = nodes_out.position[axis], nodes_out.velocity[axis]
         for i in range(first, last):
             a = f[i] * inverse_mass[i]
             x_out[i] += weight * vs[i]
@@ -61,36 +72,37 @@ def _stage(position, velocity, stage_x, stage_v, force, inverse_mass, position_o
 
 
 @wide_kernel
-def _end(position, position_out, velocity_out, keep, span):
+def _end(position, nodes_out, keep, band):
     """Add the way to the positions, and take the second half of the nodes' damping."""
-    first, last, _ = span
+    first, last, _ = band
     for axis in range(3):
-        x, x_out, v_out = position[axis], position_out[axis], velocity_out[axis]
+        x, x_out, v_out = position[axis], nodes_out.position[axis], nodes_out.velocity[axis]
         for i in range(first, last):
             x_out[i] = x[i] + x_out[i]
             v_out[i] *= keep
 
 
 @shared_kernel
-def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inverse_mass, weights,
-                coefficients, work, scratch, dt, count, span):
-    """Take count steps, each from one pair of arrays to the other."""
+def _take_steps(nodes, nodes_out, sheet, coefficients, work, stage, steps, band):
+    """Take steps as Solver.take_steps says; stage: the nodes that forces are taken at."""
+    dt = steps.dt
     number = type(dt)
+    # Half of the node damping, exact: exp(-h nu / 2).
     keep = math.exp(number(-0.5) * dt * coefficients.node_damping)
-    x, v = (scratch[0], scratch[1], scratch[2]), (scratch[3], scratch[4], scratch[5])
-    for _ in range(count):
-        _begin(position, velocity, x, v, position_out, velocity_out, keep, span)
-        for weight, ahead in ((1.0, 0.5), (2.0, 0.5), (2.0, 1.0), (1.0, 0.0)):
+    for _ in range(steps.count):
+        _begin(nodes, stage, nodes_out, keep, band)
+        for weight, ahead in STAGES:
             wait(work.barrier)
-            set_forces(x, v, wind, mass, weights, coefficients, work, dt, span)
+            # All forces at the stage, and its part in the step.
+            set_forces(stage, sheet, coefficients, work, dt, band)
             wait(work.barrier)  # before neighbours move, whose positions the sums are taken with
-            _stage(position, velocity, x, v, work.force, inverse_mass, position_out, velocity_out,
-                   number(weight / 6.0) * dt, number(ahead) * dt, keep, span)
-        _end(position, position_out, velocity_out, keep, span)
-        collide(position, position_out, velocity_out, coefficients.limits, work.contact, span)
+            _stage(nodes, stage, work.force, sheet.inverse_mass, nodes_out,
+                   (number(weight / 6.0) * dt, number(ahead) * dt, keep), band)
+        _end(nodes.position, nodes_out, keep, band)
+        # The pole, and the attachment to the hoist.
+        collide(nodes.position, nodes_out, coefficients.limits, work.contact, band)
         wait(work.barrier)  # before positions that neighbours look at are written over
-        position, position_out = position_out, position
-        velocity, velocity_out = velocity_out, velocity
+        nodes, nodes_out = nodes_out, nodes
 
 
 class RK4(Solver):
@@ -102,12 +114,18 @@ class RK4(Solver):
     """
 
     order = 4
-    scratch = 6
+    drag_order = 4
     take_steps = staticmethod(_take_steps)
-    is_shared = True
+    is_parallel = True
 
     @classmethod
-    def largest_step(cls, omega, gamma, air):
+    def new_scratch(cls, model: Model) -> Nodes:
+        """Return room for the nodes of a stage."""
+        fields = tuple(model.mesh.fields(6))
+        return Nodes(fields[:3], fields[3:])
+
+    @classmethod
+    def largest_step(cls, omega: float, gamma: float, air: Air) -> float:
         """
         Return the largest stable step [s] for frequencies and damping rates up to omega and gamma.
 
@@ -116,5 +134,5 @@ class RK4(Solver):
         half disc of radius RADIUS all is stable; the drag's rate is given in steps.
         """
         by_waves = RADIUS / omega if omega > 0.0 else math.inf
-        by_damping = (RADIUS - air.greatest_rate(cls.order)) / gamma if gamma > 0.0 else math.inf
+        by_damping = (RADIUS - air.greatest_rate(cls.drag_order)) / gamma if gamma > 0.0 else math.inf
         return min(by_waves, by_damping)

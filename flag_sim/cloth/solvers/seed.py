@@ -15,30 +15,23 @@
 """The source text's own scheme, equations 1.5 to 1.10 to the letter."""
 from flag_sim.cloth.collision import collide
 from flag_sim.cloth.forces import set_forces
-from flag_sim.cloth.material import VACUUM
+from flag_sim.cloth.material import Air, VACUUM
+from flag_sim.cloth.model import Model
+from flag_sim.cloth.records import Field, Nodes
+from flag_sim.cloth.solvers.elementwise import copy, scale
 from flag_sim.cloth.solvers.solver import Solver
 from flag_sim.cloth.solvers.symplectic import Symplectic
-from flag_sim.jit.kernels import kernel, shared_kernel, wide_kernel
+from flag_sim.jit.kernels import shared_kernel, wide_kernel
 from flag_sim.parallel.barrier import wait
 
 
-@kernel
-def _scale(velocity, factor, velocity_out, span):
-    """Write velocity times a factor."""
-    first, last, _ = span
-    for axis in range(3):
-        v, out = velocity[axis], velocity_out[axis]
-        for i in range(first, last):
-            out[i] = factor * v[i]
-
-
 @wide_kernel
-def _update(position, velocity, force, inverse_mass, position_out, velocity_out, dt, mu, span):
+def _update(nodes, force, inverse_mass, nodes_out, dt, mu, band):
     """Move the nodes; velocities are in metres per step."""
-    first, last, _ = span
+    first, last, _ = band
     for axis in range(3):
-        x, v, f = position[axis], velocity[axis], force[axis]
-        x_out, v_out = position_out[axis], velocity_out[axis]
+        x, v, f = nodes.position[axis], nodes.velocity[axis], force[axis]
+        x_out, v_out = nodes_out.position[axis], nodes_out.velocity[axis]
         for i in range(first, last):
             resultant = f[i] - mu * f[i]               # friction against it: 1.5, 1.6
             a = dt * resultant * inverse_mass[i]       # 1.7, 1.8
@@ -48,23 +41,28 @@ def _update(position, velocity, force, inverse_mass, position_out, velocity_out,
 
 
 @shared_kernel
-def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inverse_mass, weights,
-                coefficients, work, scratch, dt, count, span):
-    """Take count steps, each from one pair of arrays to the other; velocities go by the step."""
+def _take_steps(nodes, nodes_out, sheet, coefficients, work, moves, steps, band):
+    """Take steps as Solver.take_steps says; moves: two fields of velocities by the step."""
+    dt = steps.dt
     one, now = type(dt)(1.0), type(dt)(0.0)
     mu = min(coefficients.node_damping, one)
-    v, v_out = (scratch[0], scratch[1], scratch[2]), (scratch[3], scratch[4], scratch[5])
-    _scale(velocity, dt, v, span)
+    # From metres per second to metres per step.
+    start, end = Nodes(nodes.position, moves[0]), Nodes(nodes_out.position, moves[1])
+    copy(nodes.velocity, start.velocity, band)
+    scale(start.velocity, dt, band)
     wait(work.barrier)
-    for _ in range(count):
-        set_forces(position, v, wind, mass, weights, coefficients, work, now, span)
-        _update(position, v, work.force, inverse_mass, position_out, v_out, dt, mu, span)
-        collide(position, position_out, v_out, coefficients.limits, work.contact, span)
+    for _ in range(steps.count):
+        # All forces at the step's beginning (1.1 to 1.4), and what nodes do by them (1.5 to 1.10).
+        set_forces(start, sheet, coefficients, work, now, band)
+        _update(start, work.force, sheet.inverse_mass, end, dt, mu, band)
+        # The pole, and the attachment to the hoist.
+        collide(start.position, end, coefficients.limits, work.contact, band)
         wait(work.barrier)
-        position, position_out = position_out, position
-        velocity, velocity_out = velocity_out, velocity
-        v, v_out = v_out, v
-    _scale(v, one / dt, velocity, span)
+        start, end = end, start
+        nodes, nodes_out = nodes_out, nodes
+    # And back, where the result is.
+    copy(start.velocity, nodes.velocity, band)
+    scale(nodes.velocity, one / dt, band)
 
 
 class Seed(Solver):
@@ -76,21 +74,27 @@ class Seed(Solver):
     by the factor dt. Friction 1.5 is -mu times the resultant, which only makes nodes heavier; mu
     is the number of node_damping, at most 1, where nothing moves any more.
     Between frames velocities are kept in metres per second, so that methods can be changed. Drag
-    is explicit: strong wind on light cloth diverges, and the cloth is then held.
+    is explicit: strong wind on light cloth diverges, and the frame is refused.
     """
 
     order = 1
-    scratch = 6
+    drag_order = 1
     take_steps = staticmethod(_take_steps)
-    is_shared = True
+    is_parallel = True
 
-    @staticmethod
-    def largest_step(omega, gamma, air):
+    @classmethod
+    def new_scratch(cls, model: Model) -> tuple[Field, Field]:
+        """Return room for the velocities of two steps, in metres per step."""
+        fields = tuple(model.mesh.fields(6))
+        return fields[:3], fields[3:]
+
+    @classmethod
+    def largest_step(cls, omega: float, gamma: float, air: Air) -> float:
         """Return the symplectic method's; its dashpots are stronger, for steps below a second."""
         del air
         return Symplectic.largest_step(omega, gamma, VACUUM)
 
     @classmethod
-    def stable_step(cls, omega, gamma, air):
-        """Return 0 in the wind: cloth that flees it by metres per step hardly weakens its push."""
+    def stable_step(cls, omega: float, gamma: float, air: Air) -> float:
+        """Return 0 in the wind: cloth that flees it by metres per step hardly weakens its force."""
         return 0.0 if air.drag > 0.0 else cls.largest_step(omega, gamma, air)

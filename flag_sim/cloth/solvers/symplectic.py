@@ -14,61 +14,58 @@
 
 """Symplectic (semi-implicit) Euler: velocity first, then position by the new velocity."""
 import math
+from typing import NamedTuple
 
-from flag_sim.cloth.aerodynamics import share
-from flag_sim.cloth.bending import unbend
+from flag_sim.cloth.aerodynamics import pressure_force
+from flag_sim.cloth.bending import bending_force
 from flag_sim.cloth.collision import collide
 from flag_sim.cloth.forces import set_parts
-from flag_sim.cloth.mesh import ONE
+from flag_sim.cloth.material import Air
 from flag_sim.cloth.solvers.solver import Solver
-from flag_sim.cloth.springs import pull
+from flag_sim.cloth.springs import spring_force
 from flag_sim.jit.kernels import shared_kernel, wide_kernel
 from flag_sim.parallel.barrier import wait
 
 
+class Update(NamedTuple):
+    """The numbers that nodes are moved by."""
+
+    dt: float       # [s]
+    keep: float     # what node damping leaves of a velocity in a step
+    gravity: float  # g [m/s2]
+
+
 @wide_kernel
-def _move(position, velocity, tensions, moments, faces, mass, gravity, inverse_mass, position_out,
-          velocity_out, dt, keep, span):
+def _move(nodes, nodes_out, tensions, moments, faces, sheet, update, band):
     """
     Sum the forces on each node (1.6) and move it; pins and ghosts have no inverse mass and stay.
 
-    One loop, so that no force is written to memory and read again: a tenth of a step. moments,
-    faces: of Work, or None where they are not to be summed, for which numba compiles a loop of
-    its own. keep: what node damping leaves of a velocity in a step, taken implicitly:
-    1 / (1 + dt nu).
+    One loop, so that no force is written to memory and read again: a tenth of a step. tensions,
+    moments, faces: of Work; the last two None where they are not to be summed, for which numba
+    compiles a loop of its own.
     """
-    x, y, z = position
-    vx, vy, vz = velocity
-    across, down, rising, falling = tensions
-    if moments is not None:
-        (ax, dx, tx), (ay, dy, ty), (az, dz, tz) = moments
-    if faces is not None:
-        ux, uy, uz, lx, ly, lz = faces
-    x_out, y_out, z_out = position_out
-    vx_out, vy_out, vz_out = velocity_out
-    first, last, stride = span
+    x, y, z = nodes.position
+    vx, vy, vz = nodes.velocity
+    x_out, y_out, z_out = nodes_out.position
+    vx_out, vy_out, vz_out = nodes_out.velocity
+    dt, keep, gravity = update
+    mass, inverse_mass = sheet.mass, sheet.inverse_mass
+    first, last, stride = band
     for i in range(first, last):
-        e, w, s, n = i + ONE, i - ONE, i + stride, i - stride
-        se, nw, sw, ne = s + ONE, n - ONE, s - ONE, n + ONE
-        te, tw, ts, tn = across[i], across[w], down[i], down[n]
-        tse, tnw, tsw, tne = falling[i], falling[nw], rising[w], rising[n]
-        fx = pull(x[i], x[e], x[w], x[s], x[n], x[se], x[nw], x[sw], x[ne],
-                  te, tw, ts, tn, tse, tnw, tsw, tne)
-        fy = pull(y[i], y[e], y[w], y[s], y[n], y[se], y[nw], y[sw], y[ne],
-                  te, tw, ts, tn, tse, tnw, tsw, tne)
-        fz = pull(z[i], z[e], z[w], z[s], z[n], z[se], z[nw], z[sw], z[ne],
-                  te, tw, ts, tn, tse, tnw, tsw, tne) - gravity * mass[i]
+        # Springs (1.2) and weight (1.1).
+        fx = spring_force(x, tensions, i, stride)
+        fy = spring_force(y, tensions, i, stride)
+        fz = spring_force(z, tensions, i, stride) - gravity * mass[i]
+        # Bending.
         if moments is not None:
-            fx += unbend(ax[i], ax[e], ax[w], dx[i], dx[s], dx[n],
-                         tx[i], tx[w], tx[n], tx[nw])
-            fy += unbend(ay[i], ay[e], ay[w], dy[i], dy[s], dy[n],
-                         ty[i], ty[w], ty[n], ty[nw])
-            fz += unbend(az[i], az[e], az[w], dz[i], dz[s], dz[n],
-                         tz[i], tz[w], tz[n], tz[nw])
+            fx += bending_force(moments[0], i, stride)
+            fy += bending_force(moments[1], i, stride)
+            fz += bending_force(moments[2], i, stride)
+        # The wind on the faces around the node (1.3, 1.4).
         if faces is not None:
-            fx += share(ux[i], ux[w], ux[n], lx[w], lx[n], lx[nw])
-            fy += share(uy[i], uy[w], uy[n], ly[w], ly[n], ly[nw])
-            fz += share(uz[i], uz[w], uz[n], lz[w], lz[n], lz[nw])
+            fx += pressure_force(faces[0], faces[3], i, stride)
+            fy += pressure_force(faces[1], faces[4], i, stride)
+            fz += pressure_force(faces[2], faces[5], i, stride)
         t_m = dt * inverse_mass[i]            # a = t F / m: 1.7, 1.8
         vx_new = (vx[i] + t_m * fx) * keep    # v = v0 + a: 1.9
         vy_new = (vy[i] + t_m * fy) * keep
@@ -80,32 +77,30 @@ def _move(position, velocity, tensions, moments, faces, mass, gravity, inverse_m
 
 
 @shared_kernel
-def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inverse_mass, weights,
-                coefficients, work, dt, count, span):
-    """Take count steps, each from one pair of arrays to the other."""
+def _take_steps(nodes, nodes_out, sheet, coefficients, work, scratch, steps, band):
+    """Take steps as Solver.take_steps says."""
+    dt = steps.dt
     one = type(dt)(1.0)
-    keep = one / (one + dt * coefficients.node_damping)
-    is_bent, is_blown = max(coefficients.bend) > 0.0, coefficients.drag > 0.0
-    g = coefficients.gravity
+    # Node damping, taken implicitly: v' = v - h nu v'.
+    update = Update(dt, one / (one + dt * coefficients.node_damping), coefficients.gravity)
+    is_bent, is_blown = max(coefficients.bend) > 0.0, coefficients.wind.drag > 0.0
     tensions, moments, faces = work.tensions, work.moments, work.faces
-    for _ in range(count):
-        set_parts(position, velocity, wind, weights, coefficients, work, dt, span)
+    for _ in range(steps.count):
+        # Tensions of the springs, moments of bending and the wind's force on the faces.
+        set_parts(nodes, sheet.weights, coefficients, work, dt, band)
+        # Their sum on each node, with its weight; the node's new velocity and position.
         if is_bent and is_blown:
-            _move(position, velocity, tensions, moments, faces, mass, g, inverse_mass,
-                  position_out, velocity_out, dt, keep, span)
+            _move(nodes, nodes_out, tensions, moments, faces, sheet, update, band)
         elif is_bent:
-            _move(position, velocity, tensions, moments, None, mass, g, inverse_mass,
-                  position_out, velocity_out, dt, keep, span)
+            _move(nodes, nodes_out, tensions, moments, None, sheet, update, band)
         elif is_blown:
-            _move(position, velocity, tensions, None, faces, mass, g, inverse_mass,
-                  position_out, velocity_out, dt, keep, span)
+            _move(nodes, nodes_out, tensions, None, faces, sheet, update, band)
         else:
-            _move(position, velocity, tensions, None, None, mass, g, inverse_mass,
-                  position_out, velocity_out, dt, keep, span)
-        collide(position, position_out, velocity_out, coefficients.limits, work.contact, span)
+            _move(nodes, nodes_out, tensions, None, None, sheet, update, band)
+        # The pole, and the attachment to the hoist.
+        collide(nodes.position, nodes_out, coefficients.limits, work.contact, band)
         wait(work.barrier)
-        position, position_out = position_out, position
-        velocity, velocity_out = velocity_out, velocity
+        nodes, nodes_out = nodes_out, nodes
 
 
 class Symplectic(Solver):
@@ -118,12 +113,12 @@ class Symplectic(Solver):
     """
 
     order = 1
-
+    drag_order = 1
     take_steps = staticmethod(_take_steps)
-    is_shared = True
+    is_parallel = True
 
     @classmethod
-    def largest_step(cls, omega, gamma, air):
+    def largest_step(cls, omega: float, gamma: float, air: Air) -> float:
         """
         Return the largest stable step [s] for frequencies and damping rates up to omega and gamma.
 
@@ -132,6 +127,6 @@ class Symplectic(Solver):
         within the unit circle (Jury) where h^2 omega^2 + 2 h gamma <= 4. The drag of the air adds
         its own rate to h gamma, and keeps twice its greatest of these 4.
         """
-        room = 4.0 - 2.0 * air.greatest_rate(cls.order)
+        room = 4.0 - 2.0 * air.greatest_rate(cls.drag_order)
         rate = gamma + math.sqrt(gamma**2 + room * omega**2)
         return room / rate if rate > 0.0 else math.inf

@@ -17,23 +17,17 @@ import math
 
 from flag_sim.cloth.collision import collide
 from flag_sim.cloth.forces import set_forces
+from flag_sim.cloth.material import Air
+from flag_sim.cloth.model import Model
+from flag_sim.cloth.records import Field
+from flag_sim.cloth.solvers.elementwise import set_weighted
 from flag_sim.cloth.solvers.solver import Solver
 from flag_sim.jit.kernels import shared_kernel, wide_kernel
 from flag_sim.parallel.barrier import wait
 
 
 @wide_kernel
-def _accelerate(force, inverse_mass, acceleration, span):
-    """Set the acceleration [m/s2] that the next step begins with."""
-    first, last, _ = span
-    for axis in range(3):
-        f, a = force[axis], acceleration[axis]
-        for i in range(first, last):
-            a[i] = f[i] * inverse_mass[i]
-
-
-@wide_kernel
-def _drift(position, velocity, acceleration, position_out, velocity_out, dt, keep, span):
+def _drift(nodes, acceleration, nodes_out, dt, keep, band):
     """
     Move the nodes by x + h v + h^2/2 a; write the predicted velocity v + h a.
 
@@ -41,10 +35,10 @@ def _drift(position, velocity, acceleration, position_out, velocity_out, dt, kee
     be first order where they depend on the velocity.
     """
     half = type(dt)(0.5) * dt
-    first, last, _ = span
+    first, last, _ = band
     for axis in range(3):
-        x, v, a = position[axis], velocity[axis], acceleration[axis]
-        x_out, v_out = position_out[axis], velocity_out[axis]
+        x, v, a = nodes.position[axis], nodes.velocity[axis], acceleration[axis]
+        x_out, v_out = nodes_out.position[axis], nodes_out.velocity[axis]
         for i in range(first, last):
             u = v[i] * keep
             x_out[i] = x[i] + dt * (u + half * a[i])
@@ -52,10 +46,10 @@ def _drift(position, velocity, acceleration, position_out, velocity_out, dt, kee
 
 
 @wide_kernel
-def _kick(velocity, force, inverse_mass, acceleration, dt, keep, span):
+def _kick(velocity, force, inverse_mass, acceleration, dt, keep, band):
     """Correct the predicted velocity to v + h/2 (a + a'), and keep a' for the next step."""
     half = type(dt)(0.5) * dt
-    first, last, _ = span
+    first, last, _ = band
     for axis in range(3):
         v, f, a = velocity[axis], force[axis], acceleration[axis]
         for i in range(first, last):
@@ -65,20 +59,24 @@ def _kick(velocity, force, inverse_mass, acceleration, dt, keep, span):
 
 
 @shared_kernel
-def _take_steps(position, velocity, position_out, velocity_out, wind, mass, inverse_mass, weights,
-                coefficients, work, acceleration, dt, count, span):
-    """Take count steps, each from one pair of arrays to the other."""
+def _take_steps(nodes, nodes_out, sheet, coefficients, work, acceleration, steps, band):
+    """Take steps as Solver.take_steps says; acceleration [m/s2] goes from each to the next."""
+    dt = steps.dt
+    # Half of the node damping, exact: exp(-h nu / 2).
     keep = math.exp(type(dt)(-0.5) * dt * coefficients.node_damping)
-    set_forces(position, velocity, wind, mass, weights, coefficients, work, dt, span)
-    _accelerate(work.force, inverse_mass, acceleration, span)
-    for _ in range(count):
-        _drift(position, velocity, acceleration, position_out, velocity_out, dt, keep, span)
-        collide(position, position_out, velocity_out, coefficients.limits, work.contact, span)
+    # The acceleration that the first step begins with.
+    set_forces(nodes, sheet, coefficients, work, dt, band)
+    set_weighted(sheet.inverse_mass, work.force, acceleration, band)
+    for _ in range(steps.count):
+        # Positions at the step's end, and a first guess of the velocities.
+        _drift(nodes, acceleration, nodes_out, dt, keep, band)
+        # The pole, and the attachment to the hoist.
+        collide(nodes.position, nodes_out, coefficients.limits, work.contact, band)
         wait(work.barrier)
-        set_forces(position_out, velocity_out, wind, mass, weights, coefficients, work, dt, span)
-        _kick(velocity_out, work.force, inverse_mass, acceleration, dt, keep, span)
-        position, position_out = position_out, position
-        velocity, velocity_out = velocity_out, velocity
+        # All forces there, and the velocities by the mean of both accelerations.
+        set_forces(nodes_out, sheet, coefficients, work, dt, band)
+        _kick(nodes_out.velocity, work.force, sheet.inverse_mass, acceleration, dt, keep, band)
+        nodes, nodes_out = nodes_out, nodes
 
 
 class Verlet(Solver):
@@ -91,12 +89,17 @@ class Verlet(Solver):
     """
 
     order = 2
-    scratch = 3
+    drag_order = 2
     take_steps = staticmethod(_take_steps)
-    is_shared = True
+    is_parallel = True
 
     @classmethod
-    def largest_step(cls, omega, gamma, air):
+    def new_scratch(cls, model: Model) -> Field:
+        """Return room for the nodes' acceleration [m/s2]."""
+        return tuple(model.mesh.fields(3))
+
+    @classmethod
+    def largest_step(cls, omega: float, gamma: float, air: Air) -> float:
         """
         Return the largest stable step [s] for frequencies and damping rates up to omega and gamma.
 
@@ -104,6 +107,6 @@ class Verlet(Solver):
         polynomial l^3 - (2 - z - 3/2 g) l^2 + (1 - 2 g) l + g/2, whose roots are within the unit
         circle (Jury) where z + 4 g <= 4. The drag of the air adds its own rate to g.
         """
-        room = 1.0 - air.greatest_rate(cls.order)
+        room = 1.0 - air.greatest_rate(cls.drag_order)
         rate = gamma + math.sqrt(gamma**2 + room * omega**2)
         return 2.0 * room / rate if rate > 0.0 else math.inf

@@ -17,9 +17,9 @@ from collections.abc import Callable
 import dataclasses
 from typing import NamedTuple
 
-from flag_sim.cloth import Cloth, Material
-from flag_sim.cloth.forces import set_forces, Work
-from flag_sim.cloth.model import Model
+from flag_sim.cloth import Cloth
+from flag_sim.cloth.aerodynamics import add_pressure_forces, set_face_forces
+from flag_sim.cloth.records import Nodes
 from flag_sim.cloth.solvers.symplectic import Symplectic
 from flag_sim.declarations.making import hang_of
 from flag_sim.study.measures.reference import on_grid
@@ -36,34 +36,29 @@ class TrueWind(Symplectic):
     part, and added to a step in still air.
     """
 
-    def __init__(self, model):
-        super().__init__(model)
-        limp = Material(model.material.area_density, 0.0, 0.0, 0.0, 0.0)
-        self._limp = Model(model.mesh, limp)
-        self._still = tuple(model.mesh.fields(3))
-        self._wind = Work.of(model.mesh)
-
-    def advance(self, state, spare, forcing, dt, count, crew=None):
+    def advance(self, state, spare, forcing, dt, count, pool=None):
         """Take count steps of dt [s] from state; return the one of the two with the result."""
-        air = dataclasses.replace(forcing.air, density=0.0)
-        number = self.model.mesh.number
+        still_air = forcing._replace(air=dataclasses.replace(forcing.air, density=0.0))
+        number, inverse_mass = self.model.mesh.number, self.model.sheet.inverse_mass
         kept = number(dt / (1.0 + dt * self.model.material.node_damping))
         for _ in range(count):
-            force = self.force(state, forcing)
-            state, spare = super().advance(state, spare, forcing._replace(air=air), dt, 1), state
-            for x, v, f in zip(state.position, state.velocity, force):
-                gained = kept * f * self.model.inverse_mass
+            wind_force = self.wind_force(state, forcing)
+            state, spare = super().advance(state, spare, still_air, dt, 1), state
+            for x, v, f in zip(*state.nodes, wind_force):
+                gained = kept * f * inverse_mass
                 v += gained
                 x += number(dt) * gained
         return state
 
-    def force(self, state, forcing):
-        """Return the wind's force on every node, x, y and z, flat [N]: that of a limp sheet."""
-        limp, number = self._limp, self.model.mesh.number
-        coefficients = limp.coefficients(forcing._replace(gravity=0.0), self.order)
-        set_forces(state.position, self._still, number(forcing.wind), limp.mass,
-                   limp.mesh.weights, coefficients, self._wind, number(0.0), limp.mesh.span)
-        return self._wind.force
+    def wind_force(self, state, forcing):
+        """Return the wind's force (1.3, 1.4) on every node as if it stood still: a Field [N]."""
+        mesh, faces = self.model.mesh, self._work.faces
+        wind = self.model.coefficients(forcing, self.drag_order).wind
+        force, standstill = tuple(mesh.fields(3)), tuple(mesh.fields(3))
+        set_face_forces(Nodes(state.nodes.position, standstill), wind, mesh.number(0.0),
+                        self.model.sheet.weights, faces, mesh.band())
+        add_pressure_forces(faces, force, mesh.band())
+        return force
 
 
 class TrueWindCloth(Cloth):

@@ -13,8 +13,8 @@
 # limitations under the License.
 
 """The settings of a run: {parameter: value} of all three nodes in one, and changes of them."""
-from flag_sim.declarations.catalogue import PHYSICS, RENDERER, SCENE, WIND
 from flag_sim.declarations.making import look_of
+from flag_sim.declarations.nodes import PHYSICS, RENDERER, SCENE, WIND
 from flag_sim.drawing import Picture
 import numpy as np
 

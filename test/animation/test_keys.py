@@ -12,47 +12,45 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Tracks as parameters: what is read, what is refused, and how keys are put in."""
-from flag_sim.declarations import keys
-from flag_sim.declarations.catalogue import NODES
-from flag_sim.parameters.params_file import check_path, save_parameters
+"""Tracks as parameters: what is read and what is refused."""
+from flag_sim.animation import keys
+from flag_sim.declarations.targets import TARGETS
 import numpy as np
 import pytest
-import yaml
+from support.tracks import wind_values
 
 
-def wind_values(**tracks):
-    """Return the wind's default values with tracks {name: (times, values, laws or None)}."""
-    values = {dial.name: dial.default for dial in NODES['wind']}
-    values['tracks'] = [name.replace('__', '.') for name in tracks]
-    for name, parts in tracks.items():
-        for part, value in zip(keys.PARTS, parts):
-            if value is not None:
-                values[keys.key_name(name.replace('__', '.'), part)] = value
-    return values
+def read(values):
+    """Return the Timeline of the wind's parameters."""
+    return keys.read_timeline(values, TARGETS)
+
+
+def values_at(timeline, time):
+    """Return {track: value} at a time [s]."""
+    return keys.values_at(timeline, time, TARGETS)
 
 
 def test_values_come_in_the_types_of_their_parameters():
     """Vectors are whole; texts, booleans and whole numbers step, or are rounded where told to."""
-    timeline = keys.read_timeline(wind_values(
+    timeline = read(wind_values(
         physics__grid__rows=([0.0, 1.0], [10.0, 20.0], ['linear'] * 2),
         renderer__width=([0.0, 1.0], [640.0, 320.0], None),
         renderer__flag__color=([0.0, 1.0], [0.0, 0.0, 0.0, 100.0, 200.0, 50.0], None),
         renderer__shading=([0.0, 1.0], ['flat', 'gouraud'], None),
         renderer__pole__visible=([0.0, 1.0], [True, False], None)))
-    assert keys.values_at(timeline, 0.46) == {
+    assert values_at(timeline, 0.46) == {
         'physics.grid.rows': 15, 'renderer.width': 640, 'renderer.flag.color': [46.0, 92.0, 23.0],
         'renderer.shading': 'flat', 'renderer.pole.visible': True}
-    assert type(keys.values_at(timeline, 0.46)['physics.grid.rows']) is int
+    assert type(values_at(timeline, 0.46)['physics.grid.rows']) is int
 
 
 def test_angles_take_the_short_way_and_stay_in_range():
     """Turning on and on through the short way never leaves the parameter's range."""
     turns = list(np.arange(40) * 2.0 % (2 * np.pi))
-    timeline = keys.read_timeline(wind_values(
+    timeline = read(wind_values(
         wind__azimuth=([float(i) for i in range(40)], turns, None)))
     asked = np.linspace(0.0, 39.0, 500)
-    values = np.array([keys.values_at(timeline, t)['wind.azimuth'] for t in asked])
+    values = np.array([values_at(timeline, t)['wind.azimuth'] for t in asked])
     assert np.abs(values).max() <= 2 * np.pi
     assert np.allclose(np.exp(1j * values), np.exp(2j * asked))
 
@@ -90,21 +88,21 @@ def test_angles_take_the_short_way_and_stay_in_range():
 def test_an_animation_that_cannot_play_is_refused(track, parts, rule):
     """The message names the track, the rule and the value."""
     with pytest.raises(ValueError, match=rule):
-        keys.read_timeline(wind_values(**{track: parts}))
+        read(wind_values(**{track: parts}))
 
 
 def test_a_limit_that_is_printed_can_be_keyed():
     """A whole turn, as the rule of an azimuth prints it, and straight up."""
-    timeline = keys.read_timeline(wind_values(
+    timeline = read(wind_values(
         wind__azimuth=([0.0, 1.0], [0.0, 6.28319], ['step'] * 2),
         renderer__camera__elevation=([0.0, 1.0], [0.0, 1.5708], None)))
-    assert keys.values_at(timeline, 1.0) == {
+    assert values_at(timeline, 1.0) == {
         'wind.azimuth': 2.0 * np.pi, 'renderer.camera.elevation': np.pi / 2.0}
 
 
 def test_whole_numbers_and_minus_zero_are_numbers():
     """As YAML and people write them."""
-    track = keys.read_timeline(wind_values(wind__speed=([-0.0, 1], [-0.0, 8], None))).tracks[
+    track = read(wind_values(wind__speed=([-0.0, 1], [-0.0, 8], None))).tracks[
         'wind.speed']
     assert [str(number) for number in (*track.times, *track.values)] == ['0.0', '1.0', '0.0',
                                                                          '8.0']
@@ -113,10 +111,10 @@ def test_whole_numbers_and_minus_zero_are_numbers():
 @pytest.mark.parametrize('values', [[0.0, 3.142, 6.283], [0.0, 9.0, 18.85], [6.28, 0.0, -12.0]])
 def test_a_track_that_turns_plays_every_angle_within_the_parameters_range(values):
     """However many turns it makes; and its keys surprise nobody."""
-    timeline = keys.read_timeline(wind_values(
+    timeline = read(wind_values(
         renderer__camera__azimuth=([0.0, 1.0, 2.0], values, None, True)))
     asked = np.linspace(0.0, 2.0, 300)
-    played = [keys.values_at(timeline, time)['renderer.camera.azimuth'] for time in asked]
+    played = [values_at(timeline, time)['renderer.camera.azimuth'] for time in asked]
     assert np.abs(played).max() <= 2.0 * np.pi
     assert np.allclose(np.exp(1j * np.array(played)),
                        np.exp(1j * np.interp(asked, [0.0, 1.0, 2.0], values)))
@@ -125,7 +123,7 @@ def test_a_track_that_turns_plays_every_angle_within_the_parameters_range(values
 
 def test_keys_half_a_turn_apart_are_warned_of():
     """With the way that they take, and how to turn as typed."""
-    timeline = keys.read_timeline(wind_values(
+    timeline = read(wind_values(
         wind__azimuth=([0.0, 4.0], [0.0, 6.283], None),
         renderer__sun__azimuth=([0.0, 4.0], [0.0, 3.0], None)))
     assert list(keys.warnings(timeline).items()) == [(
@@ -148,7 +146,7 @@ def test_keys_half_a_turn_apart_are_warned_of():
 def test_keys_of_another_type_are_refused_before_a_track_plays_them(name, value, said):
     """Else the parameter would keep that type, and the right values would be refused."""
     with pytest.raises(ValueError, match=said):
-        keys.accept_keys(name, value)
+        keys.accept_keys(name, value, TARGETS)
 
 
 def test_keys_snap_to_the_nearest_frame():
@@ -156,7 +154,7 @@ def test_keys_snap_to_the_nearest_frame():
     typed = [round(frame / 30.0, 3) for frame in range(90)]
     values = wind_values(wind__speed=(typed, [float(n) for n in range(90)], ['step'] * 90))
     values.update({'events.names': ['gust'], 'events.times': [0.067]})
-    late, snapped = (keys.read_timeline({**values, 'snap_keys': snap}) for snap in (False, True))
+    late, snapped = (read({**values, 'snap_keys': snap}) for snap in (False, True))
     stamps = [round(frame * 1e9 / 30.0) / 1e9 for frame in range(90)]
     assert [snapped.value('wind.speed', stamp) for stamp in stamps] == list(range(90))
     assert sum(late.value('wind.speed', stamp) < n for n, stamp in enumerate(stamps)) == 30
@@ -168,140 +166,20 @@ def test_two_keys_of_a_track_that_snap_to_one_frame_are_refused():
     values = wind_values(wind__speed=([0.5, 0.51], [1.0, 2.0], None))
     with pytest.raises(ValueError, match='at 0.5 s and 0.51 s are both nearest to the frame at '
                                          '0.5 s, and snap_keys allows one key a frame'):
-        keys.read_timeline({**values, 'snap_keys': True})
+        read({**values, 'snap_keys': True})
 
 
 def test_keys_that_are_equal_but_of_another_type_are_looked_at():
     """True is no number, though it is equal to one that was read before."""
-    assert keys.read_timeline(wind_values(wind__speed=([0.0], [1.0], None))).tracks
+    assert read(wind_values(wind__speed=([0.0], [1.0], None))).tracks
     with pytest.raises(ValueError, match='not True'):
-        keys.read_timeline(wind_values(wind__speed=([0.0], [True], None)))
+        read(wind_values(wind__speed=([0.0], [True], None)))
 
 
 def test_events_and_tracks_must_be_consistent():
     """Two arrays that belong together have one length; a track is named once."""
     with pytest.raises(ValueError, match='not 1 and 0'):
-        keys.read_timeline({**wind_values(), 'events.names': ['a']})
+        read({**wind_values(), 'events.names': ['a']})
     values = wind_values(wind__speed=([0.0], [1.0], None))
     with pytest.raises(ValueError, match='each track once'):
-        keys.read_timeline({**values, 'tracks': ['wind.speed', 'wind.speed']})
-
-
-def put(values, *key):
-    """Put a key into values; return the track."""
-    values.update(keys.with_key(values, *key))
-    return keys.read_timeline(values).tracks[key[0]]
-
-
-def test_a_first_key_leaves_what_was_before_it_as_it_was():
-    """The old value holds until the key; from there on the track leads to the next key."""
-    values = wind_values()
-    track = put(values, 'physics.stiffness', 2.0, 500.0, 1000.0, 0.01)
-    assert (track.times, track.values, track.laws) == (
-        [0.0, 2.0], [1000.0, 500.0], ['step', 'linear'])
-    assert [track.at(time) for time in (0.0, 1.0, 1.999, 2.0, 9.0)] == [1000.0] * 3 + [500.0] * 2
-    track = put(values, 'physics.stiffness', 4.0, 700.0, 1000.0, 0.01)
-    assert [track.at(time) for time in (1.999, 2.0, 3.0, 4.0)] == [1000.0, 500.0, 600.0, 700.0]
-
-
-def test_a_first_key_at_the_beginning_is_the_only_one():
-    """There is nothing before it that could hold."""
-    track = put(wind_values(), 'physics.stiffness', 0.0, 500.0, 1000.0, 0.01)
-    assert (track.times, track.values, track.laws) == ([0.0], [500.0], ['linear'])
-
-
-def test_a_key_within_reach_replaces_and_an_equal_one_does_nothing():
-    """Half a frame is the same moment."""
-    values = wind_values(wind__speed=([0.0, 1.0], [0.0, 10.0], ['ease', 'step']))
-    assert keys.with_key(values, 'wind.speed', 1.0, 10.0, 0.0, 0.01) == {}
-    assert keys.with_key(values, 'wind.speed', 0.5, 5.0, 0.0, 0.01) == {}
-    assert put(values, 'wind.speed', 0.992, 7.0, 0.0, 0.01).values == [0.0, 7.0]
-    track = put(values, 'wind.speed', 0.5, 1.0, 0.0, 0.01)
-    assert (track.times, track.values) == ([0.0, 0.5, 1.0], [0.0, 1.0, 7.0])
-    assert track.laws == ['ease', 'ease', 'step']
-
-
-def test_a_direction_that_turns_is_keyed_on_the_turn_that_plays():
-    """What is set is a direction: it does not wind the turns back that were made."""
-    values = wind_values(wind__azimuth=([0.0, 10.0], [0.0, 20.0], None, True))
-    assert keys.with_key(values, 'wind.azimuth', 5.0, 10.0 - 4.0 * np.pi, 0.0, 0.01) == {}
-    track = put(values, 'wind.azimuth', 5.0, 10.5 - 4.0 * np.pi, 0.0, 0.01)
-    assert track.values == [0.0, pytest.approx(10.5), 20.0] and track.turns
-
-
-def test_a_key_is_put_among_others_that_snap():
-    """These keep the times that they were given."""
-    values = {**wind_values(wind__speed=([0.0, 0.067], [1.0, 2.0], None)), 'snap_keys': True}
-    assert put(values, 'wind.speed', 2 / 30, 3.0, 0.0, 0.01).values == [1.0, 3.0]
-    put(values, 'wind.speed', 3 / 30, 4.0, 0.0, 0.01)
-    assert values['keys.wind.speed.times'] == [0.0, 0.067, 3 / 30]
-
-
-@pytest.mark.parametrize('track, value', [
-    ('physics.stiffness', 1000.0), ('renderer.background', [1.0, 2.0, 3.0]),
-    ('renderer.shading', 'flat')])
-def test_what_changes_nothing_makes_no_track(track, value):
-    """Setting a parameter to what it is, as a params file does with most, is no change."""
-    assert keys.with_key(wind_values(), track, 2.0, value, value, 0.01) == {}
-
-
-def test_vectors_whole_numbers_and_texts_can_be_put():
-    """Each kind comes back as it was put."""
-    values = wind_values()
-    assert put(values, 'renderer.background', 1.0, [1, 2, 3], [4, 5, 6], 0.01).values == [
-        [4.0, 5.0, 6.0], [1.0, 2.0, 3.0]]
-    track = put(values, 'physics.grid.rows', 1.0, 11, 21, 0.01)
-    assert (track.values, track.laws) == ([21, 11], ['step', 'step'])
-    assert put(values, 'renderer.shading', 1.0, 'flat', 'gouraud', 0.01).laws == ['step', 'step']
-
-
-def test_a_saved_animation_is_the_same(tmp_path):
-    """What is written is what was there, and nothing else is left beside it."""
-    values = wind_values(wind__speed=([0.0, 1.0], [0.0, 10.0], ['ease', 'step']))
-    save_parameters(tmp_path / 'shot.yaml', '/wind', values)
-    loaded = yaml.safe_load((tmp_path / 'shot.yaml').read_text())
-    assert loaded == {'/**/wind': {'ros__parameters': values}}
-    assert [path.name for path in tmp_path.iterdir()] == ['shot.yaml']
-
-
-def test_a_saved_shot_holds_the_other_nodes_and_says_what_it_lacks(tmp_path):
-    """For any namespace, as the shipped files; a node with nothing but defaults needs none."""
-    others = {'/cam/physics': {'stiffness': 60.0, 'solver': 'rk4'}, '/cam/renderer': {}}
-    save_parameters(tmp_path / 'shot.yaml', '/cam/wind', {'speed': 1.0}, others,
-                    ['no renderer was found'])
-    text = (tmp_path / 'shot.yaml').read_text()
-    assert yaml.safe_load(text) == {
-        '/**/wind': {'ros__parameters': {'speed': 1.0}},
-        '/**/physics': {'ros__parameters': others['/cam/physics']}}
-    assert text.startswith('# no renderer was found, so what was set on it is not in this file.\n')
-
-
-def test_a_saved_shot_keeps_nodes_of_one_name_apart(tmp_path):
-    """Also where one of them has nothing but defaults: the other's must not count for it."""
-    others = {'/a/physics': {'stiffness': 60.0}, '/b/physics': {}, '/b/renderer': {'threads': 2}}
-    save_parameters(tmp_path / 'shot.yaml', '/a/wind', {'speed': 1.0}, others)
-    assert yaml.safe_load((tmp_path / 'shot.yaml').read_text()).keys() == {
-        '/**/wind', '/a/physics', '/**/renderer'}
-
-
-def test_a_file_that_cannot_be_replaced_stays(tmp_path, monkeypatch):
-    """What was saved before is still whole, and half of the new is not left behind."""
-    path = tmp_path / 'shot.yaml'
-    save_parameters(path, '/wind', {'speed': 1.0})
-    before = path.read_text()
-
-    def fail(*_):
-        raise OSError('no space left on device')
-    monkeypatch.setattr('os.replace', fail)
-    with pytest.raises(OSError, match='no space left'):
-        save_parameters(path, '/wind', {'speed': 2.0})
-    assert path.read_text() == before
-    assert [path.name for path in tmp_path.iterdir()] == ['shot.yaml']
-
-
-def test_a_path_that_cannot_be_written_is_refused(tmp_path):
-    """Before anything is lost."""
-    with pytest.raises(ValueError, match='there is no folder'):
-        check_path(tmp_path / 'none' / 'shot.yaml')
-    with pytest.raises(ValueError, match='is a folder'):
-        check_path(tmp_path)
+        read({**values, 'tracks': ['wind.speed', 'wind.speed']})

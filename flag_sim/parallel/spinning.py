@@ -12,20 +12,26 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Waiting awake for another thread: to be woken takes longer than some kernels run."""
+"""Waiting for another thread without sleeping: to be woken takes longer than some kernels run."""
 from flag_sim.jit.kernels import shared_kernel
-from flag_sim.parallel.atomics import load, SPINS, yield_processor
+from flag_sim.parallel.atomics import load
+from numba import types
 
-LOOKS = 5000
-"""Looks before waiting is given up, about a millisecond."""
+SPINS = 3000
+"""Loads, some microseconds, after which a thread that waits offers its processor to others."""
+PATIENCE = 5000
+"""Loads, about a millisecond, after which a thread that waits for work goes to sleep."""
+
+yield_processor = types.ExternalFunction('sched_yield', types.int32())
+"""Offer the processor to any thread that needs it."""
 
 
 @shared_kernel
-def wait_while(cells, value):
-    """Wait until cells[0], int64, is another than `value`; return whether it was so in time."""
-    for look in range(LOOKS):
+def spin_until_changed(cells, value):
+    """Wait until cells[0], int64, differs from value; return whether it did in time."""
+    for count in range(PATIENCE):
         if load(cells, 0) != value:
             return True
-        if look > SPINS:
+        if count > SPINS:
             yield_processor()
     return False

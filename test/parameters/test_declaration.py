@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Dials: what is accepted, what is refused, and that all places agree on them."""
+"""Parameters: what is accepted, what is refused, and that all places agree on them."""
 import array
 import inspect
 import math
@@ -23,85 +23,87 @@ from flag_sim.cloth.material import Air, LAWS, Material
 from flag_sim.cloth.mesh import PRECISIONS
 from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.cloth.stability import Stepping
-from flag_sim.declarations.catalogue import NODES
 from flag_sim.declarations.making import air_of, CLOTH, look_of, material_of, stepping_of
+from flag_sim.declarations.nodes import defaults, named, NODES
 from flag_sim.drawing.camera import Camera
 from flag_sim.drawing.shading import Light
 from flag_sim.drawing.shapes import Scene
 from flag_sim.drawing.style import Materials, SAMPLES, Style
 from flag_sim.parameters import checks
-from flag_sim.parameters.parameter import Dial
+from flag_sim.parameters.declaration import Declaration
 from flag_sim.study.search import CHOSEN
 import pytest
 
-NUMBER = Dial('n', 1.0, 'a number', 'm', 0.0, 2.0)
-COLOR = Dial('c', [1.0, 2.0, 3.0], 'a colour', '', 0.0, 255.0, length=3)
+NUMBER = Declaration('n', 1.0, 'a number', 'm', 0.0, 2.0)
+SOME = Declaration('s', 1, 'some', choices=(1, 4))
+COLOR = Declaration('c', [1.0, 2.0, 3.0], 'a colour', '', 0.0, 255.0, length=3)
 
 
-@pytest.mark.parametrize('dial, value, expected', [
+@pytest.mark.parametrize('declaration, value, expected', [
     (NUMBER, 2, 2.0),
     (COLOR, [1, 2, 3.5], [1.0, 2.0, 3.5]),
-    (Dial('k', 3, 'count', '', 0, 9), 9, 9),
-    (Dial('b', False, 'switch'), True, True),
-    (Dial('w', 'a', 'word', choices=('a', 'b')), 'b', 'b'),
-    (Dial('s', 1, 'some', choices=(1, 4)), 4, 4),
-    (Dial('l', [], 'names', item=str), ['x', 'y'], ['x', 'y']),
+    (Declaration('k', 3, 'count', '', 0, 9), 9, 9),
+    (Declaration('b', False, 'switch'), True, True),
+    (Declaration('w', 'a', 'word', choices=('a', 'b')), 'b', 'b'),
+    (SOME, 4, 4),
+    (Declaration('l', [], 'names', item=str), ['x', 'y'], ['x', 'y']),
 ])
-def test_good_values_come_back_in_the_dials_type(dial, value, expected):
+def test_good_values_come_back_in_the_parameters_type(declaration, value, expected):
     """A whole number is good for a number; everything else is kept."""
-    accepted = dial.accept(value)
+    accepted = declaration.accept(value)
     assert accepted == expected
-    assert type(accepted) is type(dial.default)
+    assert type(accepted) is type(declaration.default)
 
 
-@pytest.mark.parametrize('dial, value', [
+@pytest.mark.parametrize('declaration, value', [
     (NUMBER, 2.1), (NUMBER, -0.1), (NUMBER, float('nan')), (NUMBER, float('inf')),
     (NUMBER, 'one'), (NUMBER, True), (NUMBER, None), (NUMBER, [1.0]),
     (COLOR, [1.0, 2.0]), (COLOR, [1.0, 2.0, 256.0]), (COLOR, 'red'), (COLOR, 4),
-    (Dial('k', 3, 'count', '', 0, 9), 2.5), (Dial('k', 3, 'count', '', 0, 9), 10),
-    (Dial('s', 1, 'some', choices=(1, 4)), 2), (Dial('s', 1, 'some', choices=(1, 4)), True),
-    (Dial('s', 1, 'some', choices=(1, 4)), 4.0), (Dial('s', 1, 'some', choices=(1, 4)), '4'),
-    (Dial('b', False, 'switch'), 1), (Dial('w', 'a', 'word', choices=('a', 'b')), 'c'),
+    (Declaration('k', 3, 'count', '', 0, 9), 2.5), (Declaration('k', 3, 'count', '', 0, 9), 10),
+    (SOME, 2), (SOME, True), (SOME, 4.0), (SOME, '4'),
+    (Declaration('b', False, 'switch'), 1),
+    (Declaration('w', 'a', 'word', choices=('a', 'b')), 'c'),
     (NUMBER, array.array('d', [1.0])), (COLOR, array.array('d', [1.0])),
-    (Dial('l', [], 'names', item=str), [1]), (Dial('l', [], 'names', item=str), 'x'),
+    (Declaration('l', [], 'names', item=str), [1]), (Declaration('l', [], 'names', item=str), 'x'),
 ])
-def test_bad_values_are_refused_with_the_rule_and_the_value(dial, value):
+def test_bad_values_are_refused_with_the_rule_and_the_value(declaration, value):
     """The message holds the name, the rule and what was given."""
     with pytest.raises(ValueError) as refusal:
-        dial.accept(value)
+        declaration.accept(value)
     given = value.tolist() if isinstance(value, array.array) else value
-    for part in (dial.name, dial.rule, f'not {given!r}'):
+    for part in (declaration.name, declaration.rule, f'not {given!r}'):
         assert part in str(refusal.value)
 
 
 def test_a_range_of_whole_numbers_is_told_in_whole_numbers():
     """As `ros2 param describe` shows it, and a refusal: to the last one that is allowed."""
-    frames = next(dial for dial in NODES['wind'] if dial.name == 'frames')
+    frames = next(declaration for declaration in NODES['wind'] if declaration.name == 'frames')
     assert frames.rule == 'a whole number from 0 to 2147483647 [frames]'
 
 
 def test_a_list_is_told_as_a_list():
     """Of any length, in the plural; of a fixed one, with it."""
-    assert Dial('l', [], 'names', item=str).rule == 'a list of texts'
-    assert Dial('t', [], 'times', 's', 0.0, 9.0).rule == 'a list of numbers from 0 to 9 [s]'
+    assert Declaration('l', [], 'names', item=str).rule == 'a list of texts'
+    assert Declaration('t', [], 'times', 's', 0.0, 9.0).rule == 'a list of numbers from 0 to 9 [s]'
     assert COLOR.rule == 'a list of 3 values, each a number from 0 to 255'
 
 
-LIMITED = [dial for dials in NODES.values() for dial in dials if dial.low is not None]
+LIMITED = [one for declarations in NODES.values() for one in declarations if one.low is not None]
 
 
-@pytest.mark.parametrize('dial', LIMITED, ids=lambda dial: dial.name)
-def test_a_limit_that_is_printed_is_accepted(dial):
+@pytest.mark.parametrize('declaration', LIMITED, ids=lambda declaration: declaration.name)
+def test_a_limit_that_is_printed_is_accepted(declaration):
     """In the rule, in the descriptor or in docs, with however many digits; and is the limit."""
     def accept(number):
-        values = dial.accept([number] * (dial.length or 1) if dial.is_list else number)
-        return values[0] if dial.is_list else values
-    printed = re.search(r'from (\S+) to (\S+)', dial.rule).groups()
-    for end, text, side in zip((dial.low, dial.high), printed, (-1, 1)):
-        kind = int if type(dial.default) is int else float
+        if declaration.is_list:
+            return declaration.accept([number] * (declaration.length or 1))[0]
+        return declaration.accept(number)
+    printed = re.search(r'from (\S+) to (\S+)', declaration.rule).groups()
+    for end, text, side in zip((declaration.low, declaration.high), printed, (-1, 1)):
+        kind = int if type(declaration.default) is int else float
         rounded = [] if kind is int else [f'{end:.{n}g}' for n in range(4, 17)]
         for number in map(kind, [text, *rounded]):
-            assert dial.low <= accept(number) <= dial.high
+            assert declaration.low <= accept(number) <= declaration.high
             assert accept(number) == pytest.approx(end, rel=1e-3)
         with pytest.raises(ValueError, match='must be'):
             accept(end + side * (1 if kind is int else 1e-3 * (abs(end) or 1.0)))
@@ -128,43 +130,43 @@ def test_a_limit_that_is_rounded_is_rounded_to_its_safe_side(limit, said):
 def test_there_is_no_minus_zero_and_no_number_is_too_large_to_be_refused():
     """What has a sign must have a size."""
     assert math.copysign(1.0, NUMBER.accept(-0.0)) == 1.0
-    for dial in (NUMBER, Dial('k', 3, 'count', '', 0, 9)):
+    for declaration in (NUMBER, Declaration('k', 3, 'count', '', 0, 9)):
         with pytest.raises(ValueError, match='must be a'):
-            dial.accept(10 ** 400)
+            declaration.accept(10 ** 400)
 
 
 @pytest.mark.parametrize('node', NODES)
 def test_defaults_obey_their_own_rules(node):
     """Every default is a legal value, and no name stands twice."""
-    names = [dial.name for dial in NODES[node]]
+    names = [declaration.name for declaration in NODES[node]]
     assert len(set(names)) == len(names)
-    for dial in NODES[node]:
-        assert dial.accept(dial.default) == dial.default
+    for declaration in NODES[node]:
+        assert declaration.accept(declaration.default) == declaration.default
 
 
 def test_every_solver_law_precision_and_number_of_samples_can_be_chosen():
     """The choices of the node are those of the library."""
-    physics = {dial.name: dial for dial in NODES['physics']}
+    physics = named('physics')
     assert set(physics['solver'].choices) == set(SOLVERS)
     assert set(physics['air.law'].choices) == set(LAWS)
     assert physics['precision'].choices == PRECISIONS
-    renderer = {dial.name: dial for dial in NODES['renderer']}
+    renderer = named('renderer')
     assert renderer['samples'].choices == SAMPLES
 
 
 def test_defaults_are_those_of_the_library():
     """The nodes and the classes below them start from the same values."""
-    physics = {dial.name: dial.default for dial in NODES['physics']}
+    physics = defaults('physics')
     assert material_of(physics) == Material()
     assert air_of(physics) == Air()
     assert stepping_of(physics) == Stepping()
     cloth = inspect.signature(Cloth).parameters
-    for dial, argument in CLOTH.items():
-        assert cloth[argument].default == physics[dial], dial
-    renderer = {dial.name: dial.default for dial in NODES['renderer']}
+    for declaration, argument in CLOTH.items():
+        assert cloth[argument].default == physics[declaration], declaration
+    renderer = defaults('renderer')
     assert look_of(renderer) == (Camera(), Light(), Materials(), Scene(), Style())
 
 
 def test_what_tune_chooses_can_be_set():
-    """Every dial in a tuned file is one of the nodes'."""
-    assert set(CHOSEN) - {'rate'} <= {dial.name for dial in NODES['physics']}
+    """Every parameter in a tuned file is one of the nodes'."""
+    assert set(CHOSEN) - {'rate'} <= {declaration.name for declaration in NODES['physics']}

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Dials: the name, type, unit, range and effect of every parameter that a node has."""
+"""Parameters: the name, type, unit, range and effect of every parameter that a node has."""
 import dataclasses
 import math
 
@@ -22,7 +22,7 @@ KINDS = {bool: 'boolean', int: 'whole number', float: 'number', str: 'text'}
 
 
 @dataclasses.dataclass(frozen=True)
-class Dial:
+class Declaration:
     """
     One parameter of a node.
 
@@ -71,7 +71,7 @@ class Dial:
 
     def accept(self, value):
         """
-        Return `value` in the dial's own type; raise ValueError with the rule and the value.
+        Return `value` in the parameter's own type; raise ValueError with the rule and the value.
 
         There is no -0: it is 0.
         """

@@ -21,24 +21,24 @@ that is pinned otherwise can do neither.
 import math
 from typing import NamedTuple
 
+from flag_sim.cloth.records import Band, Field, Vector
+from flag_sim.cloth.solvers.elementwise import SUMS
+from flag_sim.cloth.state import State
 from flag_sim.jit.kernels import inner_kernel
 import numpy as np
-
-SUMS = {'contract', 'reassoc'}
-"""In vectors, and so in another order than written; the order is the same in every run."""
 
 STRAIGHT = 1e-5
 """How far from a line, over its length, pins may lie so that the cloth turns about it."""
 
-HELD, HINGED, FREE = 0, 1, 2
+FIXED, HINGED, FREE = 0, 1, 2
 
 
 class Freedom(NamedTuple):
     """Which rigid motions a cloth is free to make."""
 
-    kind: int     # HELD, HINGED or FREE
-    point: tuple  # of the hinge, (x, y, z) [m], measured as positions
-    axis: tuple   # its direction, a unit vector
+    kind: int      # FIXED, HINGED or FREE
+    point: Vector  # of the hinge [m], measured as positions
+    axis: Vector   # its direction, a unit vector
 
 
 class Body(NamedTuple):
@@ -52,12 +52,20 @@ class Body(NamedTuple):
 class Rigid(NamedTuple):
     """A rigid field: shift + turn x (position - center)."""
 
-    center: tuple
-    shift: tuple
-    turn: tuple
+    center: Vector  # [m], measured as positions
+    shift: Vector   # in the field's unit
+    turn: Vector    # the same per metre
 
 
-def freedom_of(state):
+class Inertia(NamedTuple):
+    """What a body sets against rigid motion, where its nodes are."""
+
+    mass: float      # of the whole body [kg]
+    center: Vector   # of its mass, or the hinge's point [m]
+    moments: tuple   # about the center: xx, yy, zz, xy, yz, zx [kg m2]
+
+
+def freedom_of(state: State) -> Freedom:
     """Return the Freedom of a State, which its pins leave it."""
     none = (0.0, 0.0, 0.0)
     if not state.mesh.pinned:
@@ -67,18 +75,18 @@ def freedom_of(state):
     way = pins[-1] - pins[0]
     length = math.sqrt(way @ way)
     if not length > 0.0:
-        return Freedom(HELD, none, none)
+        return Freedom(FIXED, none, none)
     axis = way / length
     away = np.cross(pins - pins[0], axis)
-    kind = HINGED if np.abs(away).max() <= STRAIGHT * length else HELD
+    kind = HINGED if np.abs(away).max() <= STRAIGHT * length else FIXED
     return Freedom(kind, tuple(pins[0].tolist()), tuple(axis.tolist()))
 
 
 @inner_kernel(fastmath=SUMS)
-def mass_center(position, mass, freedom, span):
+def _mass_center(position, mass, freedom, band):
     """Return (m, center): the mass [kg] and its center, or the hinge's point [m]."""
     x, y, z = position
-    first, last, _ = span
+    first, last, _ = band
     m, cx, cy, cz = 0.0, 0.0, 0.0, 0.0
     for i in range(first, last):
         one = np.float64(mass[i])
@@ -92,11 +100,11 @@ def mass_center(position, mass, freedom, span):
 
 
 @inner_kernel(fastmath=SUMS)
-def inertia(position, mass, center, span):
+def _moments(position, mass, center, band):
     """Return the moments of inertia about the center: xx, yy, zz, xy, yz, zx [kg m2]."""
     x, y, z = position
     cx, cy, cz = center
-    first, last, _ = span
+    first, last, _ = band
     xx, yy, zz, xy, yz, zx = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(first, last):
         m = np.float64(mass[i])
@@ -110,13 +118,20 @@ def inertia(position, mass, center, span):
     return xx, yy, zz, xy, yz, zx
 
 
+@inner_kernel
+def inertia_of(position: Field, body: Body, band: Band) -> Inertia:
+    """Return the Inertia of a body whose nodes are at positions."""
+    mass, center = _mass_center(position, body.mass, body.freedom, band)
+    return Inertia(mass, center, _moments(position, body.mass, center, band))
+
+
 @inner_kernel(fastmath=SUMS)
-def momenta(position, field, mass, center, span):
+def _momenta(position, field, mass, center, band):
     """Return the momentum and angular momentum about the center of a field, (x, y, z) each."""
     x, y, z = position
     u, v, w = field
     cx, cy, cz = center
-    first, last, _ = span
+    first, last, _ = band
     px, py, pz, lx, ly, lz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(first, last):
         m = np.float64(mass[i])
@@ -132,9 +147,9 @@ def momenta(position, field, mass, center, span):
 
 
 @inner_kernel
-def rigid_part(momentum, angular, freedom, total, moments):
+def _rigid_part(momentum, angular, freedom, inertia):
     """Return (shift, turn) of the rigid field with this momentum and angular momentum."""
-    xx, yy, zz, xy, yz, zx = moments
+    total, _, (xx, yy, zz, xy, yz, zx) = inertia
     lx, ly, lz = angular
     if freedom.kind == FREE:
         px, py, pz = momentum
@@ -156,12 +171,13 @@ def rigid_part(momentum, angular, freedom, total, moments):
 
 
 @inner_kernel
-def add_rigid(position, inverse_mass, rigid, field, span):
+def add_rigid(position: Field, inverse_mass: np.ndarray, rigid: Rigid, field: Field,
+              band: Band) -> None:
     """Add a rigid field to a field, but at pins and ghosts."""
     x, y, z = position
     u, v, w = field
     (cx, cy, cz), (px, py, pz), (wx, wy, wz) = rigid.center, rigid.shift, rigid.turn
-    first, last, _ = span
+    first, last, _ = band
     for i in range(first, last):
         if inverse_mass[i] > 0.0:
             rx, ry, rz = x[i] - cx, y[i] - cy, z[i] - cz
@@ -171,16 +187,16 @@ def add_rigid(position, inverse_mass, rigid, field, span):
 
 
 @inner_kernel
-def rigid_of(position, field, body, total, center, moments, span):
-    """Return the rigid part of a field; total, center and moments as above."""
-    momentum, angular = momenta(position, field, body.mass, center, span)
-    shift, turn = rigid_part(momentum, angular, body.freedom, total, moments)
-    return Rigid(center, shift, turn)
+def rigid_of(position: Field, field: Field, body: Body, inertia: Inertia, band: Band) -> Rigid:
+    """Return the rigid part of a field."""
+    momentum, angular = _momenta(position, field, body.mass, inertia.center, band)
+    shift, turn = _rigid_part(momentum, angular, body.freedom, inertia)
+    return Rigid(inertia.center, shift, turn)
 
 
 @inner_kernel
-def take_rigid(position, field, body, total, center, moments, span):
+def take_rigid(position: Field, field: Field, body: Body, inertia: Inertia, band: Band) -> None:
     """Take its rigid part from a field."""
-    _, (px, py, pz), (wx, wy, wz) = rigid_of(position, field, body, total, center, moments, span)
+    center, (px, py, pz), (wx, wy, wz) = rigid_of(position, field, body, inertia, band)
     back = Rigid(center, (-px, -py, -pz), (-wx, -wy, -wz))
-    add_rigid(position, body.inverse_mass, back, field, span)
+    add_rigid(position, body.inverse_mass, back, field, band)
