@@ -23,7 +23,7 @@ from flag_sim.study import plots, runner
 from flag_sim.study.measures import ablation_runs
 from flag_sim.study.measures.ablation_runs import AblationRuns
 from flag_sim.study.measures.ablation_terms import (
-    CONTROL, finer, settings_of, SHOTS, Term, TERMS, TrueWind, TrueWindCloth)
+    CONTROL, finer, in_true_wind, settings_of, SHOTS, Term, TERMS, TrueWind)
 from flag_sim.study.measures.settings import defaults
 from flag_sim.study.sections import ablation
 from flag_sim.study.store import Store
@@ -142,7 +142,7 @@ def flying(make=lambda cloth: cloth, velocity=0.0, **changes):
 
 def test_the_true_wind_is_the_quadratic_law_without_the_velocity_of_the_cloth():
     """The wind's force on a moving sheet is that of the law on the same sheet at rest."""
-    cloth = TrueWindCloth.like(cloth_of(defaults(grid__rows=6, grid__columns=10)))
+    cloth = cloth_of(defaults(grid__rows=6, grid__columns=10))
     positions, velocities = crumpled(cloth.mesh)
     wind = (6.0, 2.0, 0.0)
     state = State(cloth.mesh)
@@ -164,12 +164,12 @@ def test_nothing_but_the_wind_is_another_in_the_true_wind(node_damping):
     speed, r = dt (1/m dF/du) = 1e-4 * 2 * 0.7 * 7 / 0.1, 1 %: here is asked that 2 % be enough.
     """
     still = {'air__density': 0.0, 'node_damping': node_damping}
-    one, other = flying(**still, velocity=1.0), flying(TrueWindCloth.like, 1.0, **still)
+    one, other = flying(**still, velocity=1.0), flying(in_true_wind, 1.0, **still)
     assert np.array_equal(one.positions, other.positions)
     assert np.array_equal(one.velocities, other.velocities)
     base, one, other = (flying(make, node_damping=node_damping, **air) for make, air in (
-        (TrueWindCloth.like, {'air__density': 0.0}), (lambda cloth: cloth, {}),
-        (TrueWindCloth.like, {})))
+        (in_true_wind, {'air__density': 0.0}), (lambda cloth: cloth, {}),
+        (in_true_wind, {})))
     for what in ('positions', 'velocities'):
         start, default, true = (getattr(cloth, what) for cloth in (base, one, other))
         gain = np.abs(default - start).max()

@@ -16,7 +16,7 @@
 from pathlib import Path
 import re
 
-from flag_sim.declarations.nodes import defaults, named
+from flag_sim.declarations.nodes import named
 from flag_sim.study import search, tune
 from flag_sim.study.measures.trials import Trials
 from flag_sim.study.store import Store

@@ -33,9 +33,8 @@ def forces(model, positions, velocities=None, wind=(0.0, 0.0, 0.0), gravity=0.0,
     mesh = model.mesh
     state, work = State(mesh), Work.of(mesh)
     state.place(positions, velocities)
-    set_forces(state.position, state.velocity, mesh.number(wind), model.mass, mesh.weights,
-               model.coefficients(Forcing(wind, gravity, air), 1), work, mesh.number(dt),
-               mesh.span)
+    set_forces(state.nodes, model.sheet, model.coefficients(Forcing(wind, gravity, air), 1), work,
+               mesh.number(dt), mesh.band())
     return np.stack([mesh.grid(axis) for axis in work.force], axis=-1).astype(np.float64)
 
 

@@ -61,22 +61,10 @@ class TrueWind(Symplectic):
         return force
 
 
-class TrueWindCloth(Cloth):
-    """A Cloth that steps by TrueWind, whatever the name of its solver."""
-
-    @classmethod
-    def like(cls, cloth: Cloth) -> Cloth:
-        """Return one of the same parameters as a Cloth's, at rest."""
-        mesh = cloth.mesh
-        return cls(mesh.rows, mesh.columns, mesh.length, mesh.width, cloth.hoist_top,
-                   material=cloth.material, air=cloth.air, gravity=cloth.gravity,
-                   stepping=cloth.stepping, stretch_limit=cloth.stretch_limit, pole=cloth.pole,
-                   precision=cloth.precision)
-
-    def _remodel(self, mesh, material, solver_name):
-        """Make the solver; plans, which make another for a softened model, keep its type."""
-        super()._remodel(mesh, material, solver_name)
-        self._solver = TrueWind(self._solver.model)
+def in_true_wind(cloth: Cloth) -> Cloth:
+    """Let a cloth step by TrueWind from now on, until its solver or material is changed."""
+    cloth._solver = TrueWind(cloth.model)
+    return cloth
 
 
 class Term(NamedTuple):
@@ -85,8 +73,8 @@ class Term(NamedTuple):
 
     A value may be a function of the other settings. shots: names of SHOTS that it may matter in.
     why: it is on, or off, by default. offset: first displacement [m] of the run without the term,
-    for the control. replace: turns a Cloth into one without the term, where no parameter does;
-    the time that it takes tells nothing.
+    for the control. replace: makes a Cloth one without the term, where no parameter does; the time
+    that it takes tells nothing.
     """
 
     name: str
@@ -152,7 +140,7 @@ TERMS = (
     Term('wind', {}, {'air.density': 0.0}, WINDS,
          'on: without it the flag hangs still'),
     Term('wind relative to the cloth', {}, {}, ('fresh',),
-         'on: the air brakes the cloth, which else moves too much', replace=TrueWindCloth.like),
+         'on: the air brakes the cloth, which else moves too much', replace=in_true_wind),
     Term('square of the wind, else linear', {},
          {'air.law': 'linear', 'air.density': linear_density}, ('fresh', 'storm'),
          'on: costs the same; matched in one wind, the linear law is wrong in every other'),

@@ -66,8 +66,8 @@ def batches(store: Store) -> Iterator[Batch]:
 
 def _measured(folder, window, columns, step, solver):
     """Return the distance from the reference of a run on a grid with a part of its step."""
-    own = trials.base_trials(folder)
-    reference, start = own.reference, own.reference.window(window)
+    base = trials.base_trials(folder)
+    reference, start = base.reference, base.reference.window(window)
     cloth = reference.start(start, on_grid(
         reference.settings, trials.rows_for(columns), columns, solver=solver,
         step_safety=step * reference.settings['step_safety']))
@@ -78,7 +78,7 @@ def _measured(folder, window, columns, step, solver):
     except Diverged:
         return row | dict.fromkeys(MEASURES)
     return row | errors.measured(MEASURES, reference.on_finest(cloth.positions), start.ends[0],
-                                 own.camera)
+                                 base.camera)
 
 
 def _of(rows, columns, step=1.0, solver='symplectic'):

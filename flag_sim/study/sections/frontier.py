@@ -65,8 +65,8 @@ def batches(store: Store) -> Iterator[Batch]:
     return sweep.batches(store, settings(), _measured, list(range(sweep.FIRST)) * TURNS)
 
 
-def _measured(own, settings, window):
-    return own.row(settings, window, {'psnr_db': PICTURE['psnr_db']})
+def _measured(base, settings, window):
+    return base.row(settings, window, {'psnr_db': PICTURE['psnr_db']})
 
 
 def summarised(rows):

@@ -61,13 +61,13 @@ def _row(distances, window, frame):
 
 def _distances(folder, number):
     """Return {curve: RMS distances [mm] from the default run, of each frame while both last}."""
-    own = trials.base_trials(folder)
+    base = trials.base_trials(folder)
 
     def ends(settings=trials.BASE, start=number, disturbance=0.0):
-        return own.run(settings, own.reference.window(start), FRAMES, disturbance)[0]
+        return base.run(settings, base.reference.window(start), FRAMES, disturbance)[0]
 
-    base = ends()
-    noise = ROUNDING * np.random.default_rng(number).standard_normal(base[0].shape)
+    default = ends()
+    noise = ROUNDING * np.random.default_rng(number).standard_normal(default[0].shape)
     runs = {
         'rounding_mm': ends(disturbance=noise),
         'step_mm': ends(changed(trials.BASE, {'step_safety': 0.45})),
@@ -76,7 +76,7 @@ def _distances(folder, number):
         'grid_mm': [end[::2, ::2] for end in ends(trials.finer())],
         'unrelated_mm': ends(start=0) if number else [],
     }
-    return {name: [1e3 * summary.rms(errors.distances(*pair)) for pair in zip(run, base)]
+    return {name: [1e3 * summary.rms(errors.distances(*pair)) for pair in zip(run, default)]
             for name, run in runs.items()}
 
 

@@ -55,10 +55,10 @@ def runs():
 
 def batches(store: Store) -> Iterator[Batch]:
     """Run every method with every number of steps through window after window."""
-    settings, own = runs(), trials.base_trials(store.folder)
+    settings, base = runs(), trials.base_trials(store.folder)
 
     def run(settings, number):
-        return own.run(settings, own.reference.window(number), trials.LONG)[:2]
+        return base.run(settings, base.reference.window(number), trials.LONG)[:2]
 
     exact = functools.cache(lambda number: run(changed(trials.BASE, EXACT), number)[0])
 
@@ -66,8 +66,8 @@ def batches(store: Store) -> Iterator[Batch]:
         ends, times = run(settings[method, steps], turn)
         if len(ends) < trials.LONG:
             return dict.fromkeys((*MEASURES, 'long_rms_mm', 'physics_ms'))
-        return {**measured(MEASURES, ends[0], exact(turn)[0], own.camera),
-                'long_rms_mm': MOTION['rms_mm'].of(ends[-1], exact(turn)[-1], own.camera),
+        return {**measured(MEASURES, ends[0], exact(turn)[0], base.camera),
+                'long_rms_mm': MOTION['rms_mm'].of(ends[-1], exact(turn)[-1], base.camera),
                 'physics_ms': sorted(times)[1]}
 
     for number in trials.window_numbers(store.folder):

@@ -67,8 +67,8 @@ def batches(store: Store) -> Iterator[Batch]:
     return sweep.batches(store, settings(), _measured, trials.window_numbers(store.folder))
 
 
-def _measured(own, settings, window):
-    return own.row(settings, window) | own.still(settings, window)
+def _measured(base, settings, window):
+    return base.row(settings, window) | base.still(settings, window)
 
 
 def _groups(found):

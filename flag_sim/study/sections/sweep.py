@@ -30,12 +30,12 @@ def batches(store, settings, measure, numbers):
     disturbance of the machine hits all alike. measure(trials, settings, window) gives the numbers
     of a row.
     """
-    own = trials.base_trials(store.folder)
+    base = trials.base_trials(store.folder)
     own_px = convergence.own_error(store.rows(convergence.NAME))
 
     def row(setting, turn, window):
         del turn
-        return {**measure(own, settings[setting], own.reference.window(window)),
+        return {**measure(base, settings[setting], base.reference.window(window)),
                 'own_px': own_px}
 
     for turn, number in enumerate(numbers):
