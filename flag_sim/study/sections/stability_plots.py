@@ -21,7 +21,8 @@ from flag_sim.study.measures import stability_trial as trial
 COLORS = dict(zip(trial.OUTCOMES, ('#f2f2f2', '#56b4e9', '#f0e442', '#d55e00', '#000000')))
 BOUND_LINE = {'color': '#cc79a7', 'linewidth': 2.0}
 MAX_GAP_LINE = {'color': 'black', 'linestyle': ':', 'linewidth': 1.5}
-LINE_LEVEL = 4  # of refinement, for the line
+LINE_LEVEL, LINE_POINTS = 4, 200  # of the line: refinement along x, points along y
+ZERO_WIDTH = 0.12  # of an axis between zero and its least other value, in parts of the rest
 
 
 def draw(path, chart, panels, longest=None):
@@ -62,8 +63,9 @@ def _cells(axes, chart, lines):
     axes.pcolormesh(*edges, numbers, cmap=ListedColormap(list(COLORS.values())), vmin=-0.5,
                     vmax=len(letters) - 0.5)
     for name, axis in (('x', chart.x), ('y', chart.y)):
-        scale = ('symlog', {'linthresh': axis.low}) if axis.has_zero else ('log', {})
-        getattr(axes, f'set_{name}scale')(scale[0], **scale[1])
+        decades = np.log10(axis.high / axis.low)
+        scale = {'value': 'symlog', 'linthresh': axis.low, 'linscale': ZERO_WIDTH * decades}
+        getattr(axes, f'set_{name}scale')(**scale if axis.has_zero else {'value': 'log'})
         getattr(axes, f'{name}axis').get_major_locator().set_params(numticks=7)
     axes.set(xlim=edges[0][[0, -1]], ylim=edges[1][[0, -1]])
 
@@ -79,14 +81,15 @@ def _bound(axes, chart, solver):
     """
     Draw where the bound is one, if there it is.
 
-    It is a power of the step or does not depend on y, so that two values of y will do.
+    It is a power of y or does not depend on it, so that its logarithm is linear in that of y.
     """
-    ends = chart.y.low, chart.y.high
-    values = chart.x._replace(has_zero=False).values(LINE_LEVEL)
-    bounds = np.array([[chart.bound(solver, x, y) for x in values] for y in ends])
+    at_x = chart.x._replace(has_zero=False).values(LINE_LEVEL)
+    bounds = np.array([[chart.bound(solver, x, y) for x in at_x]
+                       for y in (chart.y.low, chart.y.high)])
     if np.isfinite(bounds).all():
-        axes.contour(values, ends, np.log(bounds), [0.0], colors=BOUND_LINE['color'],
-                     linewidths=BOUND_LINE['linewidth'])
+        logs = np.linspace(*np.log(bounds), LINE_POINTS)
+        axes.contour(at_x, np.geomspace(chart.y.low, chart.y.high, LINE_POINTS), logs, [0.0],
+                     colors=BOUND_LINE['color'], linewidths=BOUND_LINE['linewidth'])
 
 
 def _legend(figure, seen, longest):
