@@ -51,7 +51,7 @@ def draw(path, chart, panels, longest=None):
         for axes in grid[:, 0]:
             axes.set_ylabel(chart.y.label)
         figure.suptitle(chart.title)
-        _legend(figure, seen, longest)
+        _legend(figure, seen, longest, columns)
 
 
 def _cells(axes, chart, lines):
@@ -92,7 +92,7 @@ def _bound(axes, chart, solver):
                      colors=BOUND_LINE['color'], linewidths=BOUND_LINE['linewidth'])
 
 
-def _legend(figure, seen, longest):
+def _legend(figure, seen, longest, columns):
     """Name the outcomes whose letters are seen, and the lines."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
@@ -102,4 +102,5 @@ def _legend(figure, seen, longest):
     if longest:
         handles.append(Line2D([], [], **MAX_GAP_LINE, label=(
             f'max_gap ({longest:g} s): longer frames are refused by default')))
-    figure.legend(handles=handles, loc='outside lower center', ncols=3, frameon=False)
+    figure.legend(handles=handles, loc='outside lower center', ncols=min(3, columns),
+                  frameon=False)
