@@ -2,6 +2,7 @@
 PYTHON ?= python3
 SHOT ?= gust
 MINUTES ?= 5
+WORKERS ?= 2
 
 # Where a ROS installation is sourced, its rclpy is on PYTHONPATH (-S hides all other packages)
 # and is used, together with the system's numpy, which it was built for. Everywhere else ROS
@@ -15,7 +16,7 @@ READY = .venv/ready-$(ROS)
 
 help:
 	@echo 'make demo   film config/$(SHOT).yaml into out/demo (another shot: make demo SHOT=name)'
-	@echo 'make test   run all tests'
+	@echo 'make test   run all tests, in WORKERS=$(WORKERS) processes'
 	@echo 'make soak   run 2000 random extremes of the cloth for each method that promises to bear them,'
 	@echo '            finer grids, and statistics of more flights: about a quarter of an hour'
 	@echo 'make bench  measure frames per second and the work on many keys, into out/bench*.json'
@@ -35,11 +36,12 @@ demo:
 	@.venv/bin/python -m flag_sim.tools.demo --shot '$(SHOT)'
 
 test:
-	@.venv/bin/python -m pytest -rs
+	@.venv/bin/python -m pytest -rs -n '$(WORKERS)' --dist worksteal
 
 soak:
 	@FLAG_SIM_EXTREMES=2000 FLAG_SIM_SOAK=1 .venv/bin/python -m pytest -rsP \
-	test/cloth/test_extremes.py test/cloth/test_refinement.py test/cloth/test_statistics.py
+	test/cloth/test_conservation.py test/cloth/test_extremes.py test/cloth/test_refinement.py \
+	test/cloth/test_statistics.py
 
 bench:
 	@.venv/bin/python test/benchmark/pipeline.py

@@ -111,6 +111,7 @@ setup(
         # The linters are ROS's own, with the plugins that their package.xml files ask for.
         'test': [
             'pytest>=7.4,<10',
+            'pytest-xdist>=3.5,<4',
             'scipy>=1.11,<2',
             'hypothesis>=6.98,<7',
             # Other programs that draw the same scene; wheels exist for these processors alone.

@@ -17,8 +17,15 @@ import os
 
 from flag_sim.tools.domains import claimed_domain
 import pytest
+from support.compiled import compile_kernels
 
 os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+
+
+def pytest_configure(config):
+    """Compile kernels once, where several workers are about to begin (`-n`)."""
+    if getattr(config.option, 'numprocesses', None) and not hasattr(config, 'workerinput'):
+        compile_kernels()
 
 
 @pytest.fixture

@@ -28,7 +28,7 @@ import numpy as np
 INTERPOLATIONS = ('screen', 'perspective')
 
 
-def interpolate(visibility: Visibility, values, at: str = 'vertices',
+def interpolate(visibility: Visibility, values: np.ndarray | list, at: str = 'vertices',
                 interpolation: str = 'perspective', nothing: float = np.nan) -> np.ndarray:
     """
     Return what pixels show of an attribute: (height, width, channels) float32.

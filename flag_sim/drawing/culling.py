@@ -28,8 +28,9 @@ CHUNK = 64
 # these are so few that to find out would take longer.
 LARGE, MEDIUM, SMALL = range(3)
 # Up to which widths [subpixel]; a matter of speed, but the edge functions of what is drawn in
-# batches must stay below 2^31. Up to 64 pixels they do: no two vertices are more than 2^23 subpixels
-# apart (see GUARD_BAND), and blocks reach 14 pixels beyond: 2 (78 2^8) 2^23 / 2^8 < 2^31.
+# batches must stay below 2^31. Up to 64 pixels they do: no two vertices are more than 2^23
+# subpixels apart (see GUARD_BAND), and blocks reach 14 pixels beyond:
+# 2 (78 2^8) 2^23 / 2^8 < 2^31.
 MEDIUM_WIDTH, SMALL_WIDTH = 64 * SUBPIXELS, 16 * SUBPIXELS
 
 

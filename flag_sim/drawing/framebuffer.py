@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """The frame that is the result, and how a band's pixels get there."""
+from collections.abc import Iterable
 import dataclasses
 from typing import NamedTuple
 
@@ -39,8 +40,8 @@ class Frame:
     """
 
     colour: np.ndarray
-    depth: np.ndarray = None
-    visibility: Visibility = None
+    depth: np.ndarray | None = None
+    visibility: Visibility | None = None
 
     def copy(self) -> 'Frame':
         """Return the same in memory of its own."""
@@ -49,9 +50,9 @@ class Frame:
                      Visibility(*(array.copy() for array in self.visibility)))
 
 
-def channel_names(channels) -> tuple:
-    """Return a list of CHANNELS as a tuple; raises ValueError for other names."""
-    is_list = isinstance(channels, (list, tuple, set, frozenset))
+def channel_names(channels: Iterable) -> tuple:
+    """Return some of CHANNELS as a tuple; raises ValueError for other names."""
+    is_list = isinstance(channels, Iterable) and not isinstance(channels, (str, bytes))
     checks.require(is_list, 'channels', 'a list of names', channels)
     return tuple(checks.choice('each of channels', name, CHANNELS) for name in channels)
 
@@ -87,26 +88,27 @@ class Framebuffer:
         self._rgb.flags.writeable = False
         self._depth, self._visibility = np.empty((0, 0), np.float32), _nothing_visible(0, 0)
         self._dirty = np.tile(np.array([[0], [width]], np.int32), bands)
+        self._channels = ()
 
-    def images(self, channels):
+    def images(self, channels) -> Images:
         """Return the Images for a frame; those that the last one did not draw are made anew."""
+        self._channels = channels
         if 'depth' not in channels:
             self._depth = self._depth[:0]
         elif not self._depth.size:
             self._depth = np.full(self._shape, np.inf, np.float32)
-        if ('visibility' in channels) != bool(self._visibility[0].size):
-            shape = self._shape if 'visibility' in channels else (0, 0)
-            self._visibility = _nothing_visible(*shape)
+        has_visibility = 'visibility' in channels
+        if has_visibility != bool(self._visibility[0].size):
+            self._visibility = _nothing_visible(*(self._shape if has_visibility else (0, 0)))
         return Images(self._bytes, self._words, self._depth, self._visibility, self._dirty)
 
-    def frame(self, geometry):
-        """Return the Frame of what was drawn of a Geometry."""
-        depth = visibility = None
-        if self._depth.size:
-            depth = _read_only(self._depth)
-        if self._visibility[0].size:
-            visibility = Visibility(*map(_read_only, self._visibility), geometry.triangles,
-                                    geometry.vertices.view_space[:, 2].copy())
+    def frame(self, scene) -> Frame:
+        """Return the Frame of what was drawn of SceneBuffers."""
+        depth = _read_only(self._depth) if 'depth' in self._channels else None
+        visibility = None
+        if 'visibility' in self._channels:
+            visibility = Visibility(*map(_read_only, self._visibility), scene.triangles,
+                                    scene.projected.view_space[:, 2].copy())
         return Frame(self._rgb, depth, visibility)
 
 

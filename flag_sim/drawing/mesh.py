@@ -17,8 +17,12 @@ import dataclasses
 import functools
 
 from flag_sim.jit.kernels import kernel
+from flag_sim.parameters import checks
 
 import numpy as np
+
+# Along a side of a grid: more than any memory holds.
+MAX_NODES = 2 ** 24
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -43,8 +47,10 @@ def grid_triangles(rows: int, columns: int) -> np.ndarray:
     Cell (i, j) becomes (i, j), (i, j+1), (i+1, j) and (i+1, j+1), (i+1, j), (i, j+1); node (i, j)
     has the index i columns + j. Read-only. Raises ValueError for fewer than two rows or columns.
     """
-    if rows < 2 or columns < 2:
-        raise ValueError(f'a grid must have at least 2 x 2 nodes, not {rows} x {columns}')
+    rows, columns = (checks.whole(name, count, 0, MAX_NODES)
+                     for name, count in (('rows', rows), ('columns', columns)))
+    checks.require(rows >= 2 and columns >= 2, 'a grid', 'of at least 2 x 2 nodes',
+                   (rows, columns))
     node = np.arange(rows * columns, dtype=np.int32).reshape(rows, columns)
     here, right = node[:-1, :-1], node[:-1, 1:]
     below, across = node[1:, :-1], node[1:, 1:]

@@ -64,10 +64,10 @@ class Picture:
         self._scene = self._framebuffer = self._colours = None
         self._buffers = {}
 
-    def draw(self, flag_vertices, flag_normals=None, camera: Camera = Camera(),
-             light: Light = Light(), materials: Materials = Materials(),
-             dimensions: Dimensions = Dimensions(), style: Style = Style(),
-             channels=()) -> Frame:
+    def draw(self, flag_vertices: np.ndarray, flag_normals: np.ndarray | None = None,
+             camera: Camera = Camera(), light: Light = Light(),
+             materials: Materials = Materials(), dimensions: Dimensions = Dimensions(),
+             style: Style = Style(), channels: Iterable[str] = ()) -> Frame:
         """
         Draw the source's scene (1.2): a flag, its pole and its platform.
 
@@ -78,8 +78,9 @@ class Picture:
         objects = flag_scene(flag_vertices, flag_normals, camera, materials, dimensions)
         return self.draw_scene(objects, camera, light, style, channels)
 
-    def draw_scene(self, objects, camera: Camera = Camera(), light: Light = Light(),
-                   style: Style = Style(), channels=()) -> Frame:
+    def draw_scene(self, objects: Iterable[Object], camera: Camera = Camera(),
+                   light: Light = Light(), style: Style = Style(),
+                   channels: Iterable[str] = ()) -> Frame:
         """
         Draw a list of objects.
 
@@ -101,7 +102,7 @@ class Picture:
             colours = self._project_and_shade(objects, geometry, camera, light, style)
             order = self._cull(geometry, camera, style)
             self._rasterize(geometry, colours, order, camera, style, channels)
-        return self._framebuffer.frame(geometry)
+        return self._framebuffer.frame(self._scene)
 
     def _project_and_shade(self, objects, geometry, camera, light, style):
         """Take the vertices to the screen; return the Colours of vertices or triangles."""
@@ -154,7 +155,7 @@ class Picture:
         return order
 
     def _run(self, pieces, work):
-        """Call work(thread), by which `pieces` pieces of work are done, in all threads or one."""
+        """Call work(thread) in all threads, or in this one alone for few pieces of work."""
         if pieces > WORTH_SHARING:
             self._pool.parallel_for(work)
         else:
@@ -168,7 +169,7 @@ class Picture:
                                             -(-camera.height // BAND), style.clear_colour)
         images = self._framebuffer.images(channels)
         settings = _render_settings(camera, style)
-        primitives = most_primitives(geometry) if 'visibility' in channels else 0
+        primitives = most_primitives(geometry) if images.visibility[0].size else 0
         shape = camera.width, len(geometry.triangles), style.samples > 1, primitives
         if any(known != shape for known, _ in self._buffers.values()):
             self._buffers = {}

@@ -16,12 +16,12 @@
 One triangle of a picture in plain numpy, to be read before the kernels, which compute the same.
 
 A triangle has vertices i = a, b, c on the screen at (u_i, v_i) [pixel], u to the right and v down,
-at depth z_i. Its edge functions (Pineda, 1988) are twice the areas that a point p makes with two
-of the vertices:
+at depth z_i. Its edge functions (Pineda, 1988) are twice the areas of the triangles that a point p
+makes with two of the vertices, with a x b = a_u b_v - a_v b_u:
 
     E_a(p) = (c - b) x (p - b),   E_b(p) = (a - c) x (p - c),   E_c(p) = (b - a) x (p - a)
 
-Their sum is twice the triangle's own area A, and p is inside where all have its sign. The weights
+Their sum A is twice the triangle's own area, and p is inside where all have its sign. The weights
 w_i = E_i / A are linear on the screen, and so is reversed Z, s = 1 / z, on any plane:
 
     s(p) = w_a s_a + w_b s_b + w_c s_c
@@ -38,9 +38,9 @@ def draw_triangle(corners, reversed_z, values, colour, depth, in_space=False) ->
     """
     Draw a triangle into an image and its Z-buffer.
 
-    corners: (3, 2) [pixel]; reversed_z: (3,) [1/m], cleared to 0; values: (3, channels) at the
-    corners; colour: (height, width, channels) and depth: (height, width), of reversed Z, are
-    written where the triangle is seen; in_space: how values are interpolated.
+    corners: (3, 2) [pixel]; reversed_z: (3,) [1/m]; values: (3, channels) at the corners; colour:
+    (height, width, channels) and depth: (height, width), of reversed Z, 0 where nothing is yet,
+    are written where the triangle is seen; in_space: how values are interpolated.
     """
     v, u = np.mgrid[:depth.shape[0], :depth.shape[1]]
     a, b, c = corners

@@ -52,7 +52,7 @@ class Object:
 
     vertices: np.ndarray
     triangles: np.ndarray
-    normals: np.ndarray = None
+    normals: np.ndarray | None = None
     surface: Surface = Surface()
     label: int = 0
     is_closed: bool = False
@@ -94,7 +94,8 @@ def _extremes(triangles):
     return extremes
 
 
-def sheet(vertices, normals=None, surface: Surface = Surface(), label: int = FLAG) -> Object:
+def sheet(vertices: np.ndarray, normals: np.ndarray | None = None, surface: Surface = Surface(),
+          label: int = FLAG) -> Object:
     """
     Return a cloth as an object, both sides of which are seen.
 
@@ -115,9 +116,9 @@ def body(mesh: Mesh, surface: Surface = Surface(), label: int = 0) -> Object:
     return Object(mesh.vertices, mesh.triangles, mesh.normals, surface, label, True)
 
 
-def flag_scene(flag_vertices, flag_normals=None, camera: Camera = Camera(),
-               materials: Materials = Materials(),
-               dimensions: Dimensions = Dimensions()) -> list:
+def flag_scene(flag_vertices: np.ndarray, flag_normals: np.ndarray | None = None,
+               camera: Camera = Camera(), materials: Materials = Materials(),
+               dimensions: Dimensions = Dimensions()) -> list[Object]:
     """
     Return the objects of the source's scene (1.2): the flag and, if seen, pole and platform.
 

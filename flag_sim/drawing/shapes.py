@@ -20,11 +20,13 @@ the platform's lower face; z is up. All round things share their angles, so that
 the platform's hole without a gap. Hard edges repeat their vertices, one for each face that meets
 there.
 """
+from collections.abc import Sequence
 import dataclasses
 import functools
 import math
 
 from flag_sim.drawing import ranges
+from flag_sim.drawing.camera import Camera
 from flag_sim.drawing.mesh import Mesh
 from flag_sim.parameters import checks
 
@@ -65,12 +67,13 @@ class Dimensions:
         checks.require(self.platform_side > self.pole_diameter, 'platform_side',
                        f'greater than pole_diameter {self.pole_diameter}', self.platform_side)
 
-    def segments(self, camera) -> int:
+    def segments(self, camera: Camera) -> int:
         """
         Return in how many chords to cut a circle for `camera`: a multiple of four.
 
         The dome's circle, the widest, is measured where the pole is nearest to the camera.
         """
+        checks.instance('camera', camera, Camera)
         radius = self.pole_diameter
         x, y, z = camera.position
         beside = max(z - self.pole_height, -z, 0.0)
@@ -81,7 +84,7 @@ class Dimensions:
         return min(max(4 * math.ceil(wanted / 4), FEWEST_SEGMENTS), MOST_SEGMENTS)
 
 
-def box_mesh(low, high) -> Mesh:
+def box_mesh(low: Sequence[float], high: Sequence[float]) -> Mesh:
     """
     Build a box with sides along the axes, from the corner `low` to `high`, both (3,) [m].
 
@@ -100,7 +103,12 @@ def box_mesh(low, high) -> Mesh:
 
 @functools.lru_cache(maxsize=8)
 def pole_mesh(dimensions: Dimensions, segments: int) -> Mesh:
-    """Build the pole with round parts of `segments` chords, a multiple of four."""
+    """
+    Build the pole with round parts of `segments` chords, a multiple of four.
+
+    Raises ValueError unless from FEWEST_SEGMENTS to MOST_SEGMENTS of them.
+    """
+    segments = _check_segments(segments)
     radius, dome = 0.5 * dimensions.pole_diameter, dimensions.pole_diameter
     height = dimensions.pole_height
     angles = np.linspace(0.0, 0.5 * math.pi, segments // 4 + 1)
@@ -114,7 +122,8 @@ def pole_mesh(dimensions: Dimensions, segments: int) -> Mesh:
 
 @functools.lru_cache(maxsize=8)
 def platform_mesh(dimensions: Dimensions, segments: int) -> Mesh:
-    """Build the platform with a hole of `segments` chords, a multiple of four."""
+    """Build the platform with a hole of `segments` chords, as many as the pole's."""
+    segments = _check_segments(segments)
     radius, half = 0.5 * dimensions.pole_diameter, 0.5 * dimensions.platform_side
     height = dimensions.platform_height
     wall = _revolve(segments, [([radius, radius], [height, 0.0], [-1.0, -1.0], [0.0, 0.0])])
@@ -127,6 +136,12 @@ def platform_mesh(dimensions: Dimensions, segments: int) -> Mesh:
     for side in range(4):
         parts.append(_upright(square[side], square[(side + 1) % 4], height))
     return _join(parts)
+
+
+def _check_segments(segments):
+    segments = checks.whole('segments', segments, FEWEST_SEGMENTS, MOST_SEGMENTS)
+    checks.require(segments % 4 == 0, 'segments', 'a multiple of four', segments)
+    return segments
 
 
 def _circle(segments):

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What the scene is made of, and how its picture is."""
+"""The look of a picture: materials of the things in it, and the style that they are drawn in."""
 import dataclasses
 
 from flag_sim.drawing import ranges

@@ -22,6 +22,7 @@ moves, then turns. Angles are in radians and turn right-handed: seen against the
 counterclockwise. All functions raise ValueError for other
 shapes and types.
 """
+from collections.abc import Sequence
 import math
 
 from flag_sim.drawing import ranges
@@ -32,34 +33,34 @@ import numpy as np
 ORIGIN = (0.0, 0.0, 0.0)
 
 
-def translate(offset) -> np.ndarray:
+def translate(offset: Sequence[float]) -> np.ndarray:
     """Return the map that shifts by `offset` (3,) [m]: (4, 4) (2.1)."""
     matrix = np.eye(4)
     matrix[:3, 3] = ranges.points('offset', offset, (3,))
     return matrix
 
 
-def scale(factors, centre=ORIGIN) -> np.ndarray:
-    """Return the map that scales by `factors` (3,) along the axes about `centre` (3,) [m] (2.2)."""
+def scale(factors: Sequence[float], centre: Sequence[float] = ORIGIN) -> np.ndarray:
+    """Return the map that scales the axes by `factors` (3,) about `centre` (3,) [m] (2.2)."""
     return _about(centre, np.diag([*ranges.points('factors', factors, (3,)), 1.0]))
 
 
-def rotate_x(angle: float, centre=ORIGIN) -> np.ndarray:
+def rotate_x(angle: float, centre: Sequence[float] = ORIGIN) -> np.ndarray:
     """Return the turn by `angle` [rad] about the line along X through `centre` (3,) [m] (2.3)."""
     return _about(centre, _rotate(angle, 1, 2))
 
 
-def rotate_y(angle: float, centre=ORIGIN) -> np.ndarray:
+def rotate_y(angle: float, centre: Sequence[float] = ORIGIN) -> np.ndarray:
     """Return the turn by `angle` [rad] about the line along Y through `centre` (3,) [m] (2.4)."""
     return _about(centre, _rotate(angle, 2, 0))
 
 
-def rotate_z(angle: float, centre=ORIGIN) -> np.ndarray:
+def rotate_z(angle: float, centre: Sequence[float] = ORIGIN) -> np.ndarray:
     """Return the turn by `angle` [rad] about the line along Z through `centre` (3,) [m] (2.5)."""
     return _about(centre, _rotate(angle, 0, 1))
 
 
-def apply(matrix, points) -> np.ndarray:
+def apply(matrix: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Map `points` (..., 3) [m] by the affine `matrix` (4, 4); the shape is kept."""
     matrix, points = checks.array('matrix', matrix, (4, 4)), ranges.numbers('points', points)
     checks.require(points.ndim > 0 and points.shape[-1] == 3, 'points', 'of shape (..., 3)',

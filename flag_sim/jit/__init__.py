@@ -12,4 +12,4 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""How kernels are compiled and kept."""
+"""How kernels are compiled (kernels, compilers) and kept (cache)."""

@@ -24,7 +24,7 @@ from flag_sim.cloth.strain import greatest_strain
 from flag_sim.declarations.making import (
     air_of, cloth_of, hang_of, material_of, pole_of, stepping_of)
 from flag_sim.declarations.nodes import PHYSICS, SCENE
-from flag_sim.jit.kernels import compilations
+from flag_sim.jit.cache import compilations
 from flag_sim.parameters import checks
 from flag_sim.ros import messages
 from flag_sim.ros.compiling import compiling

@@ -12,10 +12,17 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Waiting for another thread without sleeping: to be woken takes longer than some kernels run."""
+"""
+Waiting for another thread without sleeping: to be woken takes longer than some kernels run.
+
+A picture whose workers sleep as soon as there is nothing to do takes 14 % longer (640x480, a flag
+of 61 x 41 nodes, two threads; median of 400 turns with and without, quartiles 0 and 34 %, on a
+machine whose two processors were busy).
+"""
 from flag_sim.jit.kernels import shared_kernel
 from flag_sim.parallel.atomics import load
 from numba import types
+import numpy as np
 
 SPINS = 3000
 """Loads, some microseconds, after which a thread that waits offers its processor to others."""
@@ -27,7 +34,7 @@ yield_processor = types.ExternalFunction('sched_yield', types.int32())
 
 
 @shared_kernel
-def spin_until_changed(cells, value):
+def spin_until_changed(cells: np.ndarray, value: int) -> bool:
     """Wait until cells[0], int64, differs from value; return whether it did in time."""
     for count in range(PATIENCE):
         if load(cells, 0) != value:

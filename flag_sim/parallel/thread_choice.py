@@ -12,7 +12,14 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The automatic choice of how many threads share a frame, by measuring the first frames."""
+"""
+The automatic choice of how many threads share a frame, by measuring the first frames.
+
+No number is right everywhere. Two threads move 121 x 81 nodes 1.6 to 1.9 times faster than one on
+two processors that are free. Where both were busy, two took 22 % longer than one for the steps of
+61 x 41 nodes (quartiles 18 and 30 %, 300 turns), and 4 % longer for a picture of them, 640x480
+(median of 400 turns, quartiles -10 and 20 %).
+"""
 import os
 
 ROUNDS = 6

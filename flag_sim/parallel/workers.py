@@ -15,7 +15,10 @@
 """
 Worker threads that are woken once a frame, ahead of its work, and stay awake until it ends.
 
-To wake a sleeping thread takes tens of microseconds, as long as some of a frame's kernels run.
+To wake a sleeping thread takes tens of microseconds, as long as some of a frame's kernels run. A
+picture whose workers are only woken by its first shared kernel takes 8 % longer (640x480, a flag
+of 61 x 41 nodes, two threads; median of 400 turns with and without, quartiles -6 and 24 %, on a
+machine whose two processors were busy).
 """
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor

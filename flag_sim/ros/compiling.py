@@ -17,7 +17,7 @@ import contextlib
 import threading
 import time
 
-from flag_sim.jit.kernels import compilations
+from flag_sim.jit.cache import compilations
 
 
 @contextlib.contextmanager

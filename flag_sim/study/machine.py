@@ -19,7 +19,7 @@ from pathlib import Path
 import platform
 import time
 
-from flag_sim.jit.kernels import fingerprint
+from flag_sim.jit.cache import fingerprint
 import numba
 import numpy as np
 

@@ -29,11 +29,11 @@ import time
 os.environ['LP_NUM_THREADS'] = '0'  # llvmpipe draws in the calling thread; read at its start
 
 from flag_sim.drawing import Camera, Light, Picture, Style  # noqa: E402
-from flag_sim.drawing.attributes import Area  # noqa: E402
-from flag_sim.drawing.bands import BAND, clear, new_buffers, Plan  # noqa: E402
+from flag_sim.drawing.bands import BAND, clear, new_buffers, RenderSettings  # noqa: E402
 from flag_sim.drawing.framebuffer import Framebuffer, write_rgb  # noqa: E402
-from flag_sim.drawing.large import draw_span  # noqa: E402
-from flag_sim.drawing.visibility import Pass, Target  # noqa: E402
+from flag_sim.drawing.pixels import Region  # noqa: E402
+from flag_sim.drawing.rasterizer import RasterizerState, Target  # noqa: E402
+from flag_sim.drawing.scanline import draw_span  # noqa: E402
 from flag_sim.parameters.arguments import given_path  # noqa: E402
 
 import numpy as np  # noqa: E402
@@ -92,9 +92,9 @@ class Staged(Picture):
         super().__init__(threads)
         self.drawing = []
 
-    def _paint(self, *frame):
+    def _rasterize(self, *frame):
         begin = time.perf_counter()
-        super()._paint(*frame)
+        super()._rasterize(*frame)
         self.drawing.append(1e3 * (time.perf_counter() - begin))
 
 
@@ -122,16 +122,16 @@ def by_threads(flags, rounds):
 
 def floor(flag, normals):
     """Return a draw() that only clears, writes as many pixels in one span, and converts."""
-    drawn = np.isfinite(Picture().draw(flag, normals, CAMERA, with_depth=True).depth)
+    drawn = np.isfinite(Picture().draw(flag, normals, CAMERA, channels=['depth']).depth)
     columns = drawn.any(axis=0)
     first, last = int(np.argmax(columns)), CAMERA.width - int(np.argmax(columns[::-1]))
-    images = Framebuffer(CAMERA.width, CAMERA.height, 1, 0).images(False, False)
+    images = Framebuffer(CAMERA.width, CAMERA.height, 1, 0).images([])
     buffers = new_buffers(CAMERA.width, 0, False, 0)
-    how = Pass(np.int32(0), np.int32(0), np.float32(np.inf), False, False)
-    plan = Plan(how, np.zeros((1, 2), np.int32), np.uint32(0), np.float32(0.0), CAMERA.width,
-                CAMERA.height)
-    target = Target(buffers.words, buffers.depths, buffers.numbers, buffers.slots, 0, BAND,
-                    CAMERA.width, buffers.stride)
+    state = RasterizerState(np.int32(0), np.int32(0), np.float32(np.inf), False, False)
+    settings = RenderSettings(state, np.zeros((1, 2), np.int32), np.uint32(0), np.float32(0.0),
+                              CAMERA.width, CAMERA.height)
+    target = Target(buffers.colour, buffers.depth, buffers.primitive_ids, buffers.primitives, 0,
+                    BAND, CAMERA.width, buffers.stride)
     # Reversed Z, red, green, blue: at the first pixel, a column on, a row on, least and most.
     planes = np.array([[0.1, 1e-9, 0.0, 0.0, 1.0], [200.0, 1e-6, 0.0, 0.0, 255.0],
                        [40.0, 1e-6, 0.0, 0.0, 255.0], [40.0, 1e-6, 0.0, 0.0, 255.0]])
@@ -140,10 +140,10 @@ def floor(flag, normals):
 
     def draw(points, normals):
         for top, count in bands:
-            area = Area(top, 0, min(BAND, CAMERA.height - top), first, last, buffers.stride)
-            clear(buffers, plan, area)
-            draw_span(np.uint64(0), count, planes, (0.0, 0.0), how, 0, target)
-            write_rgb(buffers.words, area, CAMERA.width, images.rgb, images.rgb_words)
+            region = Region(top, 0, min(BAND, CAMERA.height - top), first, last, buffers.stride)
+            clear(buffers, settings, region)
+            draw_span(np.uint64(0), count, planes, (0.0, 0.0), state, 0, target)
+            write_rgb(buffers.colour, region, CAMERA.width, images.rgb, images.rgb_words)
 
     return draw
 

@@ -25,8 +25,9 @@ import subprocess
 import tempfile
 from typing import NamedTuple
 
-from flag_sim.drawing import Camera, Light, Materials, Scene, Style
-from flag_sim.drawing.scene import flag_scene, SceneBuffers
+from flag_sim.drawing import Camera, Light, Style
+from flag_sim.drawing.scene import flag_scene
+from flag_sim.drawing.scene_buffers import SceneBuffers
 
 import numpy as np
 
@@ -37,22 +38,22 @@ class Shot(NamedTuple):
     camera: Camera
     light: Light
     objects: list
-    assembly: SceneBuffers
+    scene: SceneBuffers
 
     def of_points(self, attribute):
         """Return colours (n, 3), one for each point."""
-        colours = np.empty((len(self.assembly.points), 3))
-        for one, (points, _) in zip(self.objects, self.assembly.parts):
+        colours = np.empty((len(self.scene.positions), 3))
+        for one, (points, _) in zip(self.objects, self.scene.slices):
             colours[points] = one.surface.color
         return colours
 
 
 def assemble(flag, normals, camera):
     """Return the objects of the source's scene and their buffers, with a flag in them."""
-    objects = flag_scene(flag, normals, camera, Materials(), Scene())
+    objects = flag_scene(flag, normals, camera)
     buffers = SceneBuffers(objects)
-    for piece in buffers.give(objects):
-        buffers.take(piece)
+    for chunk in buffers.begin_frame(objects):
+        buffers.load(chunk)
     return objects, buffers
 
 
@@ -71,16 +72,16 @@ class Scanline:
             subprocess.run(['g++', '-O3', '-march=native', '-shared', '-fPIC', source,
                             '-o', library], check=True)
             self._draw = ctypes.CDLL(str(library)).draw
-        camera, light, _, assembly = self._shot = shot
+        camera, light, _, scene = self._shot = shot
         self._matrix = np.ascontiguousarray(camera.P @ camera.pose)
         self._light = np.array([*light.direction, light.intensity, light.ambient])
-        self._colours = shot.of_points('color')[assembly.triangles[:, 0]]
+        self._colours = shot.of_points('color')[scene.triangles[:, 0]]
         self._background = BACKGROUND.astype(np.uint8)
-        self._points, self._normals = assembly.points.copy(), assembly.normals.copy()
+        self._points, self._normals = scene.positions.copy(), scene.normals.copy()
         self._rgb = np.empty((camera.height, camera.width, 3), np.uint8)
 
     def draw(self, points, normals):
-        camera, _, _, assembly = self._shot
+        camera, _, _, scene = self._shot
         count = points.size // 3
         self._points[:count], self._normals[:count] = points.reshape(-1, 3), normals.reshape(-1, 3)
 
@@ -88,7 +89,7 @@ class Scanline:
             return array.ctypes.data_as(ctypes.c_void_p)
 
         self._draw(pointer(self._points), pointer(self._normals), len(self._points),
-                   pointer(assembly.triangles), pointer(self._colours), len(assembly.triangles),
+                   pointer(scene.triangles), pointer(self._colours), len(scene.triangles),
                    pointer(self._matrix), pointer(self._light), pointer(self._background),
                    camera.width, camera.height, pointer(self._rgb))
         return self._rgb
@@ -119,7 +120,7 @@ class Llvmpipe:
 
     def __init__(self, shot):
         import moderngl
-        camera, light, _, assembly = shot
+        camera, light, _, scene = shot
         context = self._context = moderngl.create_context(standalone=True, backend='egl')
         if 'llvmpipe' not in context.info['GL_RENDERER']:
             raise RuntimeError(f'the driver is {context.info["GL_RENDERER"]}')
@@ -132,12 +133,12 @@ class Llvmpipe:
         program['matrix'].write((projection @ camera.pose).T.astype(np.float32).tobytes())
         program['sun'] = light.direction
         program['light'] = light.intensity, light.ambient
-        self._data = np.column_stack([assembly.points, assembly.normals]).astype(np.float32)
+        self._data = np.column_stack([scene.positions, scene.normals]).astype(np.float32)
         self._buffer = context.buffer(self._data.tobytes())
         colours = context.buffer((shot.of_points('color') / 255).astype(np.float32).tobytes())
         self._arrays = context.vertex_array(
             program, [(self._buffer, '3f 3f', 'point', 'normal'), (colours, '3f', 'color')],
-            context.buffer(assembly.triangles.tobytes()))
+            context.buffer(scene.triangles.tobytes()))
         self._frame = context.framebuffer(
             context.texture((camera.width, camera.height), 4),
             context.depth_renderbuffer((camera.width, camera.height)))
@@ -164,18 +165,18 @@ class OpenCV:
     def __init__(self, shot):
         import cv2
         self._rasterize = cv2.triangleRasterize
-        camera, light, _, assembly = self._shot = shot
+        camera, light, _, scene = self._shot = shot
         self._settings = cv2.TriangleRasterizeSettings().setCullingMode(
             cv2.RASTERIZE_CULLING_NONE).setShadingType(cv2.RASTERIZE_SHADING_SHADED)
         # OpenCV looks along -z, with y up.
         self._pose = np.diag([1.0, -1.0, -1.0, 1.0]) @ camera.pose
-        self._points = assembly.points.astype(np.float32)
+        self._points = scene.positions.astype(np.float32)
         self._colours = (shot.of_points('color') / 255).astype(np.float32)
         self._color = np.empty((camera.height, camera.width, 3), np.float32)
         self._depth = np.empty((camera.height, camera.width), np.float32)
 
     def draw(self, points, normals):
-        camera, light, _, assembly = self._shot
+        camera, light, _, scene = self._shot
         count = points.size // 3
         self._points[:count] = points.reshape(-1, 3)
         cosine = normals.reshape(-1, 3) @ light.direction
@@ -185,7 +186,7 @@ class OpenCV:
         self._color[:] = BACKGROUND / 255.0
         self._depth[:] = 1000.0
         color, _ = self._rasterize(
-            self._points, assembly.triangles, colours, self._color, self._depth,
+            self._points, scene.triangles, colours, self._color, self._depth,
             self._pose, camera.vertical_fov, camera.near, 1000.0, self._settings)
         return np.minimum(color * 255.0, 255.0).astype(np.uint8)
 
@@ -198,7 +199,7 @@ class Tinydisplay:
     def __init__(self, shot):
         from panda3d import core
         core.load_prc_file_data('', 'load-display p3tinydisplay\nnotify-level fatal\n')
-        camera, light, _, assembly = self._shot = shot
+        camera, light, _, scene = self._shot = shot
         pipes = core.GraphicsPipeSelection.get_global_ptr()
         pipes.load_aux_modules()
         kinds = {kind.name: kind for kind in pipes.pipe_types}
@@ -232,8 +233,8 @@ class Tinydisplay:
                 lamp.set_direction(core.Vec3(*(-np.array(light.direction))))
             root.set_light(root.attach_new_node(lamp))
         root.set_two_sided(True)
-        data = np.column_stack([assembly.points, assembly.normals]).astype(np.float32)
-        for number, (one, (points, triangles)) in enumerate(zip(shot.objects, assembly.parts)):
+        data = np.column_stack([scene.positions, scene.normals]).astype(np.float32)
+        for number, (one, (points, triangles)) in enumerate(zip(shot.objects, scene.slices)):
             name = str(number)
             vertices = core.GeomVertexData(name, core.GeomVertexFormat.get_v3n3(),
                                            core.Geom.UH_dynamic)
@@ -241,7 +242,7 @@ class Tinydisplay:
             memoryview(vertices.modify_array(0)).cast('B')[:] = data[points].tobytes()
             numbers = core.GeomTriangles(core.Geom.UH_static)
             numbers.set_index_type(core.Geom.NT_uint32)
-            table = assembly.triangles[triangles] - points.start
+            table = scene.triangles[triangles] - points.start
             array = numbers.modify_vertices()
             array.unclean_set_num_rows(table.size)
             memoryview(array).cast('B')[:] = table.astype(np.uint32).tobytes()
@@ -258,7 +259,7 @@ class Tinydisplay:
             if number == 0:
                 self._flag = node
         self._root, self._window = root, window
-        self._data = data[assembly.parts[0][0]]
+        self._data = data[scene.slices[0][0]]
 
     def draw(self, points, normals):
         self._data[:, :3], self._data[:, 3:] = points.reshape(-1, 3), -normals.reshape(-1, 3)

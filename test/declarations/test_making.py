@@ -16,7 +16,7 @@
 from flag_sim.cloth import Air, Material, Stepping
 from flag_sim.declarations.making import cloth_of, hang_of, look_of
 from flag_sim.declarations.nodes import defaults, named
-from flag_sim.drawing import Camera, Light, Materials, Scene, Style, Surface
+from flag_sim.drawing import Camera, Dimensions, Light, Materials, Style, Surface
 import pytest
 
 RED = (205.0, 35.0, 40.0)
@@ -27,8 +27,8 @@ MAKES = {  # a parameter, a value, and the part of the look that is no longer as
     'ambient': (0.1, 'light', Light(ambient=0.1)),
     'flag.transmission': (0.5, 'materials', Materials(flag=Surface(RED, transmission=0.5))),
     'pole.color': ([1.0, 2.0, 3.0], 'materials', Materials(pole=Surface((1.0, 2.0, 3.0)))),
-    'platform.height': (0.5, 'scene', Scene(platform_height=0.5)),
-    'pole.visible': (False, 'scene', Scene(pole_visible=False)),
+    'platform.height': (0.5, 'dimensions', Dimensions(platform_height=0.5)),
+    'pole.visible': (False, 'dimensions', Dimensions(pole_visible=False)),
     'samples': (4, 'style', Style(samples=4)),
 }
 

@@ -17,7 +17,7 @@ import dataclasses
 import math
 
 from flag_sim.drawing import (
-    body, box_mesh, Camera, Dimensions, flag_scene, interpolate, Light, Materials, Object, Picture,
+    body, box_mesh, Camera, Dimensions, flag_scene, interpolate, Light, Materials, Picture,
     sheet, Style, Surface)
 
 import numpy as np
@@ -197,46 +197,10 @@ def test_threads_samples_and_outlines_see_the_same():
         other = Picture(threads).draw_scene(objects, CAMERA, style=style, channels=['visibility'])
         for array, expected in zip(other.visibility, frame.visibility):
             np.testing.assert_array_equal(array, expected)
-    outlined = Picture().draw_scene(objects, CAMERA, style=Style(outline=True), channels=['depth', 'visibility'])
+    outlined = Picture().draw_scene(objects, CAMERA, style=Style(outline=True),
+                                    channels=['depth', 'visibility'])
     np.testing.assert_array_equal(outlined.visibility.triangles >= 0,
                                   np.isfinite(outlined.depth))
-
-
-@pytest.mark.parametrize('arguments, said', [
-    ({'values': np.zeros(5)}, 'values.0. must be of shape'),
-    ({'values': [np.zeros((5, 1))]}, 'values must be for all'),
-    ({'values': [np.zeros((5, 3, 1))]}, 'values.0. must be of shape'),
-    ({'values': [np.zeros((5, 1)), np.zeros((5, 2))]}, 'as many channels'),
-    ({'values': [[['a']]]}, 'values.0. must be an array'),
-    ({'values': [np.zeros((5, 1))], 'at': 'edges'}, 'at must be one of'),
-    ({'values': [np.zeros((5, 1))], 'interpolation': 'cubic'}, 'interpolation must be one of')])
-def test_values_that_cannot_be_shown_are_refused(arguments, said):
-    frame = Picture().draw_scene(stand(), CAMERA, channels=['visibility'])
-    with pytest.raises(ValueError, match=said):
-        interpolate(frame.visibility, **arguments)
-
-
-@pytest.mark.parametrize('arguments, said', [
-    ({'vertices': np.zeros((3, 2))}, 'vertices must be of shape'),
-    ({'triangles': [[0, 1, 3]]}, 'triangles must be numbers of the 3 vertices'),
-    ({'triangles': [[0.0, 1.0, 2.0]]}, 'triangles must be whole numbers'),
-    ({'normals': np.zeros((2, 3))}, 'normals must be of shape'), ({'surface': 'red'}, 'surface'),
-    ({'label': -1}, 'label must be between 0 and 255'), ({'is_closed': 1}, 'is_closed')])
-def test_an_object_that_cannot_be_drawn_is_refused(arguments, said):
-    with pytest.raises(ValueError, match=said):
-        Object(**{'vertices': np.zeros((3, 3)), 'triangles': [[0, 1, 2]], **arguments})
-
-
-@pytest.mark.parametrize('objects, said', [([], 'objects must be'), ([wave()], 'objects must be')])
-def test_a_scene_that_cannot_be_drawn_is_refused(objects, said):
-    with pytest.raises(ValueError, match=said):
-        Picture().draw_scene(objects)
-
-
-@pytest.mark.parametrize('low, high', [((0, 0, 0), (1, 1, 0)), ((0, 0, 0), (1, -1, 1))])
-def test_a_box_without_an_inside_is_refused(low, high):
-    with pytest.raises(ValueError, match='high must be greater than low'):
-        box_mesh(low, high)
 
 
 def test_what_stands_still_is_drawn_anew_where_anything_else_changed():

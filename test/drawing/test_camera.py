@@ -93,7 +93,7 @@ def test_intrinsic_matrix_puts_pixel_centres_at_whole_numbers():
     np.testing.assert_array_equal(camera.P[:, :3], camera.K)
 
 
-def test_an_orthographic_camera_is_no_pinhole():
+def test_an_orthographic_camera_says_that_it_is_not_a_pinhole():
     camera = Camera(projection='orthographic', scale=4.0, width=10, height=8)
     np.testing.assert_array_equal(camera.K, np.zeros((3, 3)))
     np.testing.assert_allclose(camera.P, [[2, 0, 0, 4.5], [0, 2, 0, 3.5], [0, 0, 0, 1]])
@@ -112,6 +112,6 @@ def test_cameras_compare_by_value():
     ('roll', 360), ('width', '640'), ('target', 'flag'),
     ('azimuth', math.inf), ('elevation', math.nan), ('roll', 'left'), ('target', (1.0, 2.0)),
     ('target', (1.0, 2.0, math.nan))])
-def test_what_no_camera_can_be_is_refused_by_name(name, value):
+def test_invalid_values_are_refused_by_name(name, value):
     with pytest.raises(ValueError, match=name):
         Camera(**{name: value})

@@ -71,7 +71,7 @@ def test_a_sun_below_the_ground_leaves_ambient_light():
 
 @pytest.mark.parametrize('normal', [
     (0.0, 0.0, 0.0), (math.nan, 0.0, 1.0), (math.inf, 0.0, 0.0), (1e200, 1e200, 0.0)])
-def test_a_normal_that_is_none_gets_ambient_light(normal):
+def test_invalid_normals_get_ambient_light(normal):
     colours = shade(np.array([normal]), Surface((100, 100, 100)), Light(ambient=0.5))
     np.testing.assert_allclose(colours, 50.0)
 
@@ -131,7 +131,7 @@ def test_a_sun_below_the_ground_neither_mirrors_nor_shines_through():
     (Surface, 'color', (math.nan, 0, 0)), (Surface, 'diffuse', -1.0),
     (Surface, 'specular', -0.1), (Surface, 'shininess', math.inf),
     (Surface, 'transmission', math.nan)])
-def test_impossible_values_are_refused_by_name(kind, name, value):
+def test_invalid_values_are_refused_by_name(kind, name, value):
     with pytest.raises(ValueError, match=name):
         kind(**{name: value})
 

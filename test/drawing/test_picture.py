@@ -60,7 +60,7 @@ def test_interpolations_differ_little_but_do():
     assert 0 < np.abs(screen - perspective).max() < 60
 
 
-def test_given_normals_are_used_and_none_averages():
+def test_given_normals_are_used_and_missing_ones_averaged():
     flag = wave()
     own = DepthPicture().draw(flag).colour
     along, down = np.gradient(flag, axis=1), np.gradient(flag, axis=0)
@@ -113,13 +113,13 @@ def test_nothing_of_earlier_frames_is_left(width):
     for number in range(60):
         camera = Camera(width=width, height=47, distance=rng.choice([0.0, 3.0, 9.0]),
                         azimuth=rng.uniform(-3, 3), elevation=rng.uniform(-1.5, 1.5))
-        scene = Dimensions(pole_visible=number % 3 > 0, platform_visible=number % 4 > 1)
+        dimensions = Dimensions(pole_visible=number % 3 > 0, platform_visible=number % 4 > 1)
         style = Style(background=(number // 7, 0, 9))
         flag = wave(5, 7, phase=number) + rng.normal(size=3)
         fresh = DepthPicture()
-        rgb = picture.draw(flag, camera=camera, dimensions=scene, style=style).colour
+        rgb = picture.draw(flag, camera=camera, dimensions=dimensions, style=style).colour
         np.testing.assert_array_equal(
-            rgb, fresh.draw(flag, camera=camera, dimensions=scene, style=style).colour)
+            rgb, fresh.draw(flag, camera=camera, dimensions=dimensions, style=style).colour)
         np.testing.assert_array_equal(picture.frame.depth, fresh.frame.depth)
 
 

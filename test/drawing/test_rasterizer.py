@@ -126,8 +126,8 @@ def test_values_stay_in_the_range_of_their_triangle(size, is_painter, shift):
         reversed_z, colours = rng.uniform(1 / 5.5, 1 / 4, 3), rng.uniform(0, 255, (3, 3))
         for is_perspective_correct in (False, True):
             depth, colour = draw([triangle / SUBPIXELS], reversed_z, colours,
-                                is_perspective_correct, is_painter=is_painter, shift=shift,
-                                size=size)
+                                 is_perspective_correct, is_painter=is_painter, shift=shift,
+                                 size=size)
             expected = covered(triangle - snapped_shift)
             np.testing.assert_array_equal(depth > 0, expected)
             drawn += expected.sum()

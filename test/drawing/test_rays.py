@@ -30,15 +30,15 @@ NOTHING = Dimensions(pole_visible=False, platform_visible=False)
 WHITE = Materials(flag=Surface((255, 255, 255)))
 
 
-def cast_rays(camera, flag, scene):
+def cast_rays(camera, flag, dimensions):
     """
     Find the nearest surface through each pixel's centre by Moeller and Trumbore.
 
     Return depth (height, width), +inf where nothing is. Backs of closed bodies do not count.
     """
-    segments = scene.segments(camera)
+    segments = dimensions.segments(camera)
     surfaces = [(flag.reshape(-1, 3), grid_triangles(*flag.shape[:2]), True)]
-    for mesh in (pole_mesh(scene, segments), platform_mesh(scene, segments)):
+    for mesh in (pole_mesh(dimensions, segments), platform_mesh(dimensions, segments)):
         surfaces.append((mesh.vertices, mesh.triangles, False))
     v, u = np.mgrid[:camera.height, :camera.width]
     x, y = ((u - camera.centre[0]) / camera.focal).ravel(), \
@@ -172,10 +172,11 @@ def test_a_sphere_has_its_silhouette_depth_and_light():
 
 @pytest.mark.parametrize('elevation', [math.pi / 2, -math.pi / 2])
 def test_through_the_platforms_hole_the_background_is_seen(elevation):
-    scene, light = Dimensions(pole_visible=False), Light(intensity=0.0, ambient=1.0)
+    dimensions, light = Dimensions(pole_visible=False), Light(intensity=0.0, ambient=1.0)
     camera = Camera(200, 200, target=(0, 0, 0.15), distance=2.0, elevation=elevation)
     picture = DepthPicture()
-    rgb = picture.draw(wave() + [9.0, 0.0, 0.0], camera=camera, light=light, dimensions=scene).colour
+    rgb = picture.draw(wave() + [9.0, 0.0, 0.0], camera=camera, light=light,
+                       dimensions=dimensions).colour
     u, v = np.meshgrid(*2 * [np.arange(200) - 99.5])
     # The nearer rim at depth 1.85 hides none of the farther one at 2.15, which is the smaller.
     outwards = np.hypot(u, v) / camera.focal
@@ -207,12 +208,11 @@ def test_the_platforms_hole_has_a_wall_and_its_light(elevation):
 def test_a_thin_triangle_is_between_its_corners():
     # 4 to 5.5 m away, and some thousandths of a pixel wide.
     rng = np.random.default_rng(3)
-    camera, drawn = Camera(1280, 720), 0
+    camera, drawn, picture = Camera(1280, 720), 0, DepthPicture()
     for number in range(200):
         ends = camera.position + rng.uniform([-0.6, 4.0, -0.5], [0.6, 5.5, 0.5], (2, 3))
         third = ends[0] + rng.random() * (ends[1] - ends[0]) + rng.normal(scale=3e-5, size=3)
         flag = np.stack([[ends[0], ends[1]], [third, third]])
-        picture = DepthPicture()
         picture.draw(flag, camera=camera, dimensions=NOTHING,
                      style=Style(hidden_surface=('zbuffer', 'painter')[number % 2])).colour
         depths = picture.frame.depth

@@ -24,7 +24,7 @@ import rclpy
 from support.bench import Bench
 
 DECLARATIONS = named('physics')
-AFFORDABLE = {'grid.rows': 12, 'grid.columns': 12, 'substeps_limit': 60}
+AFFORDABLE = {'grid.rows': 12, 'grid.columns': 12, 'substeps_limit': 20}
 """Greatest right values drawn, so that an example is over in milliseconds."""
 OTHERS = st.one_of(st.none(), st.booleans(), st.integers(-2**63, 2**63 - 1), st.floats(),
                    st.text(max_size=5), st.lists(st.floats(), max_size=3))
@@ -160,7 +160,7 @@ def test_no_parameter_and_no_frame_ends_the_node_or_leaves_its_bounds(ros, solve
     bench = Bench()
     try:
         assert_set(bench, {'solver': solver, 'grid.rows': 5, 'grid.columns': 6,
-                           'substeps_limit': 60})
+                           'substeps_limit': 20})
         time, held = 0.0, None
         for event in events:
             if isinstance(event, dict):

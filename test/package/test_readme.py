@@ -19,7 +19,6 @@ import re
 from flag_sim.animation import keys
 from flag_sim.declarations.nodes import defaults, named, NODES, SCENE
 from flag_sim.declarations.targets import TARGETS
-from flag_sim.ros.topics import TOPICS
 import numpy as np
 import pytest
 import yaml

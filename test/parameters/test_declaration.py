@@ -27,7 +27,7 @@ from flag_sim.declarations.making import air_of, CLOTH, look_of, material_of, st
 from flag_sim.declarations.nodes import defaults, named, NODES
 from flag_sim.drawing.camera import Camera
 from flag_sim.drawing.shading import Light
-from flag_sim.drawing.shapes import Scene
+from flag_sim.drawing.shapes import Dimensions
 from flag_sim.drawing.style import Materials, SAMPLES, Style
 from flag_sim.parameters import checks
 from flag_sim.parameters.declaration import Declaration
@@ -164,7 +164,7 @@ def test_defaults_are_those_of_the_library():
     for declaration, argument in CLOTH.items():
         assert cloth[argument].default == physics[declaration], declaration
     renderer = defaults('renderer')
-    assert look_of(renderer) == (Camera(), Light(), Materials(), Scene(), Style())
+    assert look_of(renderer) == (Camera(), Light(), Materials(), Dimensions(), Style())
 
 
 def test_what_tune_chooses_can_be_set():

@@ -13,11 +13,15 @@
 # limitations under the License.
 
 """The nodes' parameters: what is refused, at the start and while running, and what is heard."""
+import importlib
+
 from flag_sim.protocol.frames import FrameId
 from flag_sim.ros import messages
+from flag_sim.ros.parameter_node import BadParameter
 from flag_sim.tools.graph import Graph
 import numpy as np
 import pytest
+import rclpy
 from support.watch import eventually, Watcher
 
 
@@ -50,18 +54,32 @@ from support.watch import eventually, Watcher
     ('recorder', ['path:=/proc/bag'], 'path /proc/bag'),
     ('recorder', ['storage:=sqlite3', 'compression:=zstd'], 'compression zstd needs storage mcap'),
 ])
-def test_a_bad_start_is_one_clear_line(tmp_path, domain, node, arguments, said):
-    """A node refuses to start with the rule and the value, status 1 and no traceback."""
-    arguments = [part for argument in arguments for part in ('-p', argument)]
+def test_a_bad_start_is_refused(tmp_path, domain, capfd, node, arguments, said):
+    """A node that cannot be tells the rule and the value, on one line, and makes nothing."""
+    arguments = ['--ros-args', *(part for argument in arguments for part in ('-p', argument))]
     if node == 'recorder' and not any('path' in part for part in arguments):
         arguments += ['-p', f'path:={tmp_path / "bag"}']
+    make = getattr(importlib.import_module(f'flag_sim.nodes.{node}'), node.capitalize())
+    with rclpy.init(domain_id=domain, args=arguments):
+        with pytest.raises(BadParameter) as refusal:
+            make()
+    assert said in str(refusal.value) and '\n' not in str(refusal.value)
+    assert capfd.readouterr() == ('', '')
+    assert not (tmp_path / 'bag').exists()
+
+
+@pytest.mark.parametrize('node, argument, said', [
+    ('physics', 'stiffness:=-5.0', 'stiffness must be a number from 0 to 1e+09 [N/m], not -5.0'),
+    ('renderer', 'width:=0', 'not 0'), ('wind', 'rate:=0.0', 'rate must be a number from 0.01'),
+    ('recorder', 'topics:=[]', 'nothing to record'), ('player', 'path:=/nowhere', '/nowhere')])
+def test_a_refusal_is_one_clear_line(tmp_path, domain, node, argument, said):
+    """Of a process that ends with status 1, without a traceback."""
     with Graph(tmp_path / 'log', domain) as graph:
-        graph.start(node, *arguments)
+        graph.start(node, '-p', argument)
         assert graph.wait(node, 30.0) == 1
         lines = graph.log(node).splitlines()
     assert len(lines) == 1
     assert lines[0].startswith('refused: ') and said in lines[0]
-    assert not (tmp_path / 'bag').exists()
 
 
 def test_a_params_file_that_is_not_there_is_one_clear_line(tmp_path, domain):

@@ -48,7 +48,7 @@ def test_a_reason_is_told_at_once_and_again_now_and_then():
 
 
 class Clocked:
-    """A node whose time a test sets: `at` lets it be a time and returns what the node says then."""
+    """A node whose time a test sets."""
 
     def __init__(self, monkeypatch):
         self._now = 0.0

@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """A user at a terminal: commands of the docs are run, those of `ros2` by what they stand for."""
+import functools
 import importlib
 import os
 import shlex
@@ -193,21 +194,24 @@ def make(words):
             python(parts[programs[0] + 1:])
 
 
-def python(words, answered={}):  # noqa: B006, for programs are asked once only
-    """Assert that a program of the package has the options; of pytest, that there are the tests."""
+def python(words):
+    """Assert that a program has the options that it is given; of pytest, that tests exist."""
     if words[:2] == ['-m', 'pytest']:
         assert all((ROOT / word).exists() for word in words if word.startswith('test/'))
         return
-    program = tuple(words[:2] if words[0] == '-m' else words[:1])
-    if program not in answered:
-        done = subprocess.run(
-            [sys.executable, *(word if word.startswith('-') or '/' not in word else ROOT / word
-                               for word in program), '--help'],
-            capture_output=True, text=True, env={**os.environ, 'PYTHONPATH': str(ROOT)})
-        assert done.returncode == 0, done.stderr
-        answered[program] = done.stdout
-    for word in words[len(program):]:
-        assert not word.startswith('--') or word in answered[program], word
+    count = 2 if words[0] == '-m' else 1
+    known = help_of(*words[:count])
+    for word in words[count:]:
+        assert not word.startswith('--') or word in known, word
+
+
+@functools.cache
+def help_of(*program):
+    """Return what a program of the package, by its path or after -m, answers to --help."""
+    done = subprocess.run([sys.executable, *program, '--help'], cwd=ROOT, capture_output=True,
+                          text=True, env={**os.environ, 'PYTHONPATH': str(ROOT)})
+    assert done.returncode == 0, done.stderr
+    return done.stdout
 
 
 def export(command):

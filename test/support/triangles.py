@@ -70,7 +70,7 @@ def geometry_of(vertices, transform, margin):
                         np.zeros(count, np.uint8), np.empty(count, np.uint8), vertices, transform)
     chunks = -(-count // CHUNK)
     order = DrawOrder(np.arange(count, dtype=np.int32), np.empty((2, count), np.int16),
-                  np.empty((4, chunks), np.int32))
+                      np.empty((4, chunks), np.int32))
     cull(geometry, order, Viewport(WIDTH, HEIGHT, margin), 0, chunks)
     return geometry, order
 

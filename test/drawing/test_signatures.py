@@ -12,8 +12,9 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Functions of drawing take few arguments: what belongs together is one record."""
+"""Signatures in drawing: few arguments, for what belongs together is one record; type hints."""
 import ast
+import inspect
 from pathlib import Path
 
 import flag_sim.drawing
@@ -35,3 +36,18 @@ def test_no_function_has_more_than_eight(path):
 @pytest.mark.parametrize('path', MODULES, ids=lambda path: path.stem)
 def test_no_file_is_long(path):
     assert len(path.read_text().splitlines()) <= 300
+
+
+@pytest.mark.parametrize('name', flag_sim.drawing.__all__)
+def test_public_functions_have_type_hints_and_docstrings(name):
+    public = getattr(flag_sim.drawing, name)
+    functions = [public] if inspect.isfunction(public) else [
+        function for method, function in inspect.getmembers(public, inspect.isfunction)
+        if not method.startswith('_')]
+    assert public.__doc__
+    for function in functions:
+        hints = inspect.signature(function)
+        assert function.__doc__, function
+        assert hints.return_annotation is not hints.empty, function
+        for argument in hints.parameters.values():
+            assert argument.name == 'self' or argument.annotation is not hints.empty, function

@@ -1,0 +1,118 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Where the machine code of kernels is kept from one start to the next, and when it is out of date.
+
+numba's own cache compares only the file that holds the kernel; here any edit of a module that may
+hold a kernel compiles all of them anew. The classes derived from are numba's, private to it.
+"""
+import functools
+import hashlib
+import os
+from pathlib import Path
+import tempfile
+
+import numba
+from numba.core.caching import FunctionCache
+
+PACKAGE = Path(__file__).resolve().parents[1]
+WITHOUT_KERNELS = ('animation', 'declarations', 'nodes', 'parameters', 'protocol', 'ros', 'study',
+                   'tools')
+"""The folders that hold no kernel: to change them compiles nothing anew."""
+
+
+@functools.lru_cache
+def fingerprint() -> str:
+    """Return a hash of every module that can hold a kernel."""
+    digest = hashlib.sha256()
+    for path in sorted(PACKAGE.rglob('*.py')):
+        if path.relative_to(PACKAGE).parts[0] not in WITHOUT_KERNELS:
+            digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+class _Locator:
+    """
+    Says where a kernel's machine code is kept and when it is out of date.
+
+    numba's own locators compare only the file that holds the kernel, and would go on running the
+    old code of another kernel that it calls. And they give up where neither the package nor the
+    home can be written. The interface is numba's.
+    """
+
+    def __init__(self, function, folder):
+        self._function = function
+        self._folder = folder
+
+    def get_cache_path(self):
+        return str(self._folder)
+
+    def ensure_cache_path(self):
+        self._folder.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=self._folder).close()  # raises OSError if it may not be written
+
+    def get_source_stamp(self):
+        return fingerprint()
+
+    def get_disambiguator(self):
+        return str(self._function.__code__.co_firstlineno)
+
+    @classmethod
+    def from_function(cls, function, path):
+        """Return a locator with the first folder that can be written, or None."""
+        path = Path(path).resolve()
+        name = '-'.join(['flag_sim', *path.relative_to(PACKAGE).parent.parts])
+        folders = [path.parent / '__pycache__', Path('~/.cache').expanduser() / name,
+                   Path(tempfile.gettempdir()) / f'{name}-{os.getuid()}']
+        if numba.config.CACHE_DIR:
+            folders.insert(0, Path(numba.config.CACHE_DIR) / name)
+        for folder in folders:
+            locator = cls(function, folder)
+            try:
+                locator.ensure_cache_path()
+            except OSError:
+                continue
+            return locator
+        return None
+
+
+class _CacheImpl(FunctionCache._impl_class):
+    _locator_classes = [_Locator]
+
+
+_missed = []  # kernels that no cache held: each was compiled by this process
+
+
+def compilations() -> int:
+    """Return how many kernels this process has begun to compile; the others it only loaded."""
+    return len(_missed)
+
+
+class KernelCache(FunctionCache):
+    """A kernel's machine code on the disk, for each combination of types it was called with."""
+
+    _impl_class = _CacheImpl
+
+    def __init__(self, function):
+        super().__init__(function)
+        # numba does not read what another version kept. What other sources kept must not be read
+        # either: it may name classes that are gone.
+        self._cache_file._version += fingerprint()
+
+    def load_overload(self, sig, target_context):
+        found = super().load_overload(sig, target_context)
+        if found is None:
+            _missed.append(self._py_func.__qualname__)
+        return found

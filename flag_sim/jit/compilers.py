@@ -1,0 +1,154 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+What numba is told beyond its public options: the classes that compile a kernel.
+
+They exist for three things that numba's options cannot say: that arrays do not overlap, how wide
+vectors are, and that a kernel's machine code is its own. The last is for the sake of 'contract',
+which lets LLVM round a * b + c once wherever it can, and that depends on what the kernel was
+inlined into.
+
+An explicit fused multiply-add, llvm.fma by numba's `intrinsic`, with 'contract' off, would not
+depend on it, and was tried: every a * b + c of an expression rewritten so, left product first. It
+is as fast (a frame of the cloth 1.00 times as long, quartiles 0.99 and 1.02; with neither, 1.10:
+61 x 41 nodes, symplectic, 60 turns on a busy machine). symplectic, verlet, euler and seed moved to
+the same byte as by 'contract', but not rk4, xpbd and implicit, and none of them at the pole. As
+the bytes of a motion are to stay, so do these classes.
+"""
+from llvmlite.binding import Linkage, parse_bitcode
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
+from numba.core.compiler_machinery import register_pass
+from numba.core.lowering import Lower
+from numba.core.typed_passes import NativeLowering
+
+
+class _Library(JITCodeLibrary):
+    """
+    A kernel's machine code with its own copies of the kernels that it calls.
+
+    numba makes these copies weak symbols (linkonce_odr), of which a process keeps the first that
+    it loads, for all callers. But what a copy is optimised to depends on its caller, down to
+    which sums of products are rounded once: a run that compiles and the next one would differ, or
+    two runs that used other solvers before. So the copies become internal symbols. The methods
+    are private to numba; a test looks at the machine code's symbols.
+    """
+
+    def _optimize_final_module(self):
+        for function in self._final_module.functions:
+            if function.linkage == Linkage.linkonce_odr and not function.is_declaration:
+                function.linkage = Linkage.internal
+        super()._optimize_final_module()
+
+    def _get_module_for_linking(self):
+        """Return what callers copy: as it would be read from the disk, so that it is the same."""
+        if self._shared_module is None:
+            module = super()._get_module_for_linking()
+            self._shared_module = parse_bitcode(module.as_bitcode())
+        return self._shared_module
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _Lowering(NativeLowering):
+    """Puts a kernel into a library of its own."""
+
+    _name = 'kernel_lowering'
+
+    def run_pass(self, state):
+        state.library = _Library(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.library.enable_object_caching()  # as numba does with its own
+        return super().run_pass(state)
+
+
+class KernelCompiler(Compiler):
+    """Compiles a kernel into a library of its own."""
+
+    lowering = _Lowering
+
+    def define_pipelines(self):
+        pipelines = super().define_pipelines()
+        for pipeline in pipelines:
+            pipeline.passes = [(self.lowering if step is NativeLowering else step, description)
+                               for step, description in pipeline.passes]
+        return pipelines
+
+
+class NoAliasCompiler(KernelCompiler):
+    """
+    Lets LLVM assume that no two array arguments overlap.
+
+    Without it LLVM guards or gives up vectorising loops that read six arrays and write three.
+    The flag is private to numba; a test looks for the vector instructions that it buys.
+    """
+
+    def __init__(self, typingctx, targetctx, library, args, return_type, flags, *others):
+        flags.noalias = True
+        super().__init__(typingctx, targetctx, library, args, return_type, flags, *others)
+
+
+class _InnerLower(Lower):
+    """
+    Asks LLVM to make the kernel a part of its callers.
+
+    numba's own option, forceinline, would go on to whatever happens to be compiled meanwhile.
+    """
+
+    def post_lower(self):
+        super().post_lower()
+        self.function.attributes.add('alwaysinline')
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _InnerLowering(_Lowering):
+    """Lowers a kernel by _InnerLower."""
+
+    _name = 'inner_lowering'
+    lowering_class = _InnerLower
+
+
+class InnerCompiler(NoAliasCompiler):
+    """Compiles a kernel that becomes a part of its callers."""
+
+    lowering = _InnerLowering
+
+
+class _WideLower(Lower):
+    """
+    Asks LLVM for vectors of 512 bits.
+
+    Even where the processor has them, LLVM takes 256 by default, for the sake of programs that use
+    few vectors and would only slow the clock down. A caller that is no such kernel would lose
+    that, and what is known of the arguments: so it must call the loop, not take it in.
+    """
+
+    def post_lower(self):
+        super().post_lower()
+        self.function.attributes.add('noinline')
+        # Past llvmlite's own add, which knows no attributes of a target.
+        set.add(self.function.attributes, '"prefer-vector-width"="512"')
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _WideLowering(_Lowering):
+    """Lowers a kernel by _WideLower."""
+
+    _name = 'wide_lowering'
+    lowering_class = _WideLower
+
+
+class WideCompiler(NoAliasCompiler):
+    """Compiles a kernel to vectors of 512 bits."""
+
+    lowering = _WideLowering
