@@ -23,6 +23,7 @@ help:
 	@echo 'make bench-cloth    move the cloth beside other programs, into out/bench-cloth.json'
 	@echo 'make bench-drawing  draw frames beside other programs, into out/bench-drawing.json'
 	@echo 'make study  measure what accuracy costs here, in MINUTES=$(MINUTES), into out/study/report.md'
+	@echo 'make parameters   write docs/parameters.md by the declarations in the code'
 	@echo 'make clean  remove .venv, out and all that was built'
 
 # Nothing of a demo or a test leaves this machine.
@@ -49,6 +50,9 @@ bench:
 
 study:
 	@.venv/bin/python -m flag_sim.study --minutes '$(MINUTES)'
+
+parameters: $(READY)
+	@.venv/bin/python -m flag_sim.declarations.page > docs/parameters.md
 
 # The peers have an environment of their own; one that cannot be installed is named by the table.
 PEERS = moderngl panda3d opencv-python-headless taichi newton mujoco
@@ -81,4 +85,4 @@ $(READY): setup.py pyproject.toml package.xml
 	|| { echo 'rclpy cannot be imported; a sourced ROS needs its own Python: make PYTHON=/usr/bin/python3' >&2; exit 1; }
 	@touch '$@'
 
-.PHONY: help demo test soak bench bench-cloth bench-drawing study clean
+.PHONY: help demo test soak bench bench-cloth bench-drawing study parameters clean

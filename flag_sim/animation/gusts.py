@@ -26,6 +26,7 @@ random phases (Shinozuka and Jan, 1972), all of one amplitude: the wavenumbers l
 spectrum's integral takes equal steps, so the variance is sigma^2 exactly. A sum has no memory:
 it is the same at a given distance whatever the frame rate, and after any jump.
 """
+from flag_sim.animation.wind_settings import WindSettings
 from flag_sim.parameters import checks
 from flag_sim.parameters.closed import constant
 import numpy as np
@@ -50,14 +51,14 @@ class Gusts:
     Turbulence of unit intensity: u along the mean wind, v across it, w upwards.
 
     length: the eddies' scale L [m]; seed: of the random phases, which leave the statistics alike.
-    Raises ValueError unless length is above 0 and seed a whole number from 0.
+    Raises ValueError for values that WindSettings refuses.
     """
 
     COMPONENTS = 256
 
     def __init__(self, length: float, seed: int):
-        length = checks.finite('length', length, above=0.0)
-        source = np.random.default_rng(checks.whole('seed', seed, 0, 2**63 - 1))
+        length = WindSettings.accepted('gust_length', length, 'length')
+        source = np.random.default_rng(WindSettings.accepted('gust_seed', seed, 'seed'))
         steps = np.arange(self.COMPONENTS)
         waves = []
         for quantiles in (_quantiles_along, _quantiles_across, _quantiles_across):

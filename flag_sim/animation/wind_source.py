@@ -17,12 +17,14 @@ from collections.abc import Mapping
 
 from flag_sim.animation.gusts import Gusts
 from flag_sim.animation.timeline import Timeline
+from flag_sim.animation.wind_settings import WindSettings
 from flag_sim.animation.wind_vector import Passage, wind_vector
+from flag_sim.parameters.declared import Group
 import numpy as np
 
 WIND_KEYED = ('speed', 'azimuth', 'elevation', 'gust.intensity')
 """What may be keyed of the wind."""
-PARAMETERS = (*WIND_KEYED, 'gust.length', 'gust.seed')
+PARAMETERS = tuple(one.name for one in Group(WindSettings()))
 """The wind node's parameters that the wind depends on."""
 
 

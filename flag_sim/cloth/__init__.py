@@ -15,6 +15,7 @@
 """The cloth: a grid of masses and springs in the wind, stepped through time."""
 from flag_sim.cloth.material import Air, Material
 from flag_sim.cloth.simulation import Cloth, Diverged
-from flag_sim.cloth.stability import Plan, Stepping
+from flag_sim.cloth.stability import Plan
+from flag_sim.cloth.stepping import Stepping
 
 __all__ = ['Air', 'Cloth', 'Diverged', 'Material', 'Plan', 'Stepping']

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-The wind on the faces (1.3), shared out to the nodes (1.4).
+The wind on the faces (1.3), spread over their nodes (1.4).
 
 Each cell is cut into an upper face, whose right angle is the cell's upper hoist corner, and a
 lower face opposite. Where the source text has F = n (n . w), a face here feels the pressure of
@@ -29,7 +29,7 @@ from typing import NamedTuple
 from flag_sim.cloth.mesh import LEAST_AREA2
 from flag_sim.cloth.pressure import divisor, pressure, SEED
 from flag_sim.cloth.records import Band, Field, NEXT, Nodes, Vector, Weights
-from flag_sim.jit.kernels import inner_kernel, kernel, wide_kernel
+from flag_sim.jit.kernels import inner_kernel, lean_kernel, wide_kernel
 import numpy as np
 
 
@@ -76,8 +76,8 @@ def set_face_forces(nodes: Nodes, wind: Wind, dt: float, weights: Weights, faces
     first, last, stride = band
     for i in range(first, last):
         e, s, d = i + NEXT, i + stride, i + stride + NEXT
-        share = half * weights.cell[i]
-        # Velocity of the side that both faces share: a quarter of each of its ends.
+        part = half * weights.cell[i]
+        # Velocity of the side that both faces have: a quarter of each of its ends.
         sx = quarter * (vx[e] + vx[s])
         sy = quarter * (vy[e] + vy[s])
         sz = quarter * (vz[e] + vz[s])
@@ -88,7 +88,7 @@ def set_face_forces(nodes: Nodes, wind: Wind, dt: float, weights: Weights, faces
                       half * (px * qy - py * qx))
         flux = ((wx - sx - own * vx[i]) * ax + (wy - sy - own * vy[i]) * ay
                 + (wz - sz - own * vz[i]) * az)
-        f = share * _force_per_area(flux, (ax, ay, az), wind, dt)
+        f = part * _force_per_area(flux, (ax, ay, az), wind, dt)
         upper_x[i], upper_y[i], upper_z[i] = f * ax, f * ay, f * az
 
         px, py, pz = x[s] - x[d], y[s] - y[d], z[s] - z[d]
@@ -97,7 +97,7 @@ def set_face_forces(nodes: Nodes, wind: Wind, dt: float, weights: Weights, faces
                       half * (px * qy - py * qx))
         flux = ((wx - sx - own * vx[d]) * ax + (wy - sy - own * vy[d]) * ay
                 + (wz - sz - own * vz[d]) * az)
-        f = share * _force_per_area(flux, (ax, ay, az), wind, dt)
+        f = part * _force_per_area(flux, (ax, ay, az), wind, dt)
         lower_x[i], lower_y[i], lower_z[i] = f * ax, f * ay, f * az
 
 
@@ -113,7 +113,7 @@ def pressure_force(upper: np.ndarray, lower: np.ndarray, i: np.uint64, stride: n
     return upper[i] + lower[n - NEXT] + half * (upper[w] + lower[w] + upper[n] + lower[n])
 
 
-@kernel
+@lean_kernel
 def add_pressure_forces(faces: tuple, force: Field, band: Band) -> None:
     """Add to each node's force [N] that of the six faces that meet in it (1.4)."""
     for axis in range(3):

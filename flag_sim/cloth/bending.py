@@ -33,7 +33,7 @@ the forces inside are the same. But a free edge here bears a moment of the curva
 alone, and a twist w = t u v costs B t^2 per area, where the first term costs nothing.
 """
 from flag_sim.cloth.records import Band, Field, NEXT, Vector, Weights
-from flag_sim.jit.kernels import inner_kernel, kernel, wide_kernel
+from flag_sim.jit.kernels import inner_kernel, lean_kernel, wide_kernel
 import numpy as np
 
 
@@ -94,7 +94,7 @@ def bending_force(moments: tuple, i: np.uint64, stride: np.uint64) -> float:
              + ((twist[i] - twist[w]) - (twist[n] - twist[n - NEXT])))
 
 
-@kernel
+@lean_kernel
 def add_bending_forces(moments: tuple, force: Field, band: Band) -> None:
     """Add the force of bending [N] on each node; moments: as set_moments fills them."""
     for axis in range(3):

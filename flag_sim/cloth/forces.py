@@ -108,6 +108,6 @@ def set_forces(nodes: Nodes, sheet: Sheet, coefficients: Coefficients, work: Wor
     # Bending.
     if max(coefficients.bend) > 0.0:
         add_bending_forces(work.moments, work.force, band)
-    # The wind on the faces, shared out to the nodes (1.4).
+    # The wind on the faces, spread over their nodes (1.4).
     if coefficients.wind.drag > 0.0:
         add_pressure_forces(work.faces, work.force, band)

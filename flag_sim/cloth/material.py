@@ -12,15 +12,15 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What the cloth is made of, and the air around it: the user's physical parameters, checked."""
+"""What the cloth is made of, and the air around it."""
 from dataclasses import dataclass
 
 from flag_sim.cloth.pressure import DRAG_LAWS, GREATEST_RATE
-from flag_sim.parameters import checks
+from flag_sim.parameters.declared import Declared, declared
 
 
 @dataclass(frozen=True)
-class Material:
+class Material(Declared):
     """
     A thin elastic sheet; every value belongs to the material, none to the grid.
 
@@ -33,25 +33,19 @@ class Material:
     which could not show smaller ones. Light flag cloth has some 1e-5 and asks for a finer grid.
     damping: ratio of critical damping of one spring between two nodes; acts along springs.
     node_damping: nu in the force -nu m v on every node [1/s].
-    Raises ValueError for a value outside these meanings.
+    Raises ValueError for a value out of its range.
     """
 
-    area_density: float = 0.2
-    stiffness: float = 1000.0
-    shear_stiffness: float = 500.0
-    bend_stiffness: float = 1e-3
-    damping: float = 0.05
-    node_damping: float = 0.0
-
-    def __post_init__(self):
-        """Refuse what no material can be."""
-        checks.fields(self, ['area_density'], low=1e-9, high=checks.LARGEST, above=0.0)
-        checks.fields(self, ['stiffness', 'shear_stiffness', 'bend_stiffness', 'damping',
-                             'node_damping'], low=0.0, high=checks.LARGEST)
+    area_density: float = declared(0.2, 'mass of the cloth per area', 'kg/m2', 1e-6, 1e6)
+    stiffness: float = declared(1000.0, 'stiffness along the threads', 'N/m', 0.0, 1e9)
+    shear_stiffness: float = declared(500.0, 'stiffness against shear', 'N/m', 0.0, 1e9)
+    bend_stiffness: float = declared(1e-3, 'stiffness against bending', 'N m', 0.0, 1e6)
+    damping: float = declared(0.05, 'damping ratio of every spring', '', 0.0, 1e6)
+    node_damping: float = declared(0.0, 'rate at which nodes lose speed', '1/s', 0.0, 1e6)
 
 
 @dataclass(frozen=True)
-class Air:
+class Air(Declared):
     """
     The air that carries the wind.
 
@@ -62,27 +56,23 @@ class Air:
     law: of the force on a face. quadratic: rho C_d / 2 A |u_n| u_n n; linear: rho C_d / 2 A u_n n
     times 1 m/s; seed: n (n . w), newtons for metres per second (1.3 to the letter), which knows
     neither the face's area nor its velocity, nor density and drag_coefficient but for their zero.
-    The first two never make the cloth faster than the wind; nothing weakens the push of the third,
+    The first two never make the cloth faster than the wind; nothing weakens the third,
     which may fling light cloth out of all bounds (see divergence).
-    Raises ValueError for a negative or non-finite value and for an unknown law.
+    Raises ValueError for a value out of its range and for an unknown law.
     """
 
-    density: float = 1.2
-    drag_coefficient: float = 1.17
-    law: str = 'quadratic'
-
-    def __post_init__(self):
-        """Refuse what no air can be."""
-        checks.fields(self, ['density', 'drag_coefficient'], low=0.0, high=checks.LARGEST)
-        checks.choice('law', self.law, DRAG_LAWS)
+    density: float = declared(1.2, 'density of the air', 'kg/m3', 0.0, 1000.0)
+    drag_coefficient: float = declared(1.17, 'drag of the faces across the wind', '', 0.0, 100.0)
+    law: str = declared('quadratic', 'how the force on a face grows with the wind across it',
+                        choices=tuple(DRAG_LAWS))
 
     @property
-    def drag(self):
+    def drag(self) -> float:
         """Return the factor of the law [kg/m3]: rho C_d / 2, 1 for 1.3; 0 if the wind is off."""
         drag = 0.5 * self.density * self.drag_coefficient
         return 1.0 if self.law == 'seed' and drag > 0.0 else drag
 
-    def greatest_rate(self, order):
+    def greatest_rate(self, order: int) -> float:
         """Return how much of a velocity the drag takes in a step of a method at most."""
         return GREATEST_RATE[self.law][order] if self.drag > 0.0 else 0.0
 

@@ -13,13 +13,20 @@
 # limitations under the License.
 
 """The grid of nodes: how it lies in memory, and what share of the sheet each node stands for."""
+from dataclasses import dataclass
+
 from flag_sim.cloth.records import Band, Vector, Weights
 from flag_sim.parameters import checks
 from flag_sim.parameters.closed import constant
+from flag_sim.parameters.declared import Declared, declared
 import numpy as np
 
-MAX_NODES = 2**20
-"""A limit on rows x columns, so that a mistyped one is refused before it fills the memory."""
+SHORTEST_SIDE, LONGEST_SIDE = 1e-3, 1e4
+"""
+Of a cloth [m].
+
+Nodes let people set up to 100 m, and a flag that follows its pole is up to 250 m long.
+"""
 
 LINE = 64
 """Bytes in a cache line. Fields begin on one, so that the vectors that are stored lie in one."""
@@ -39,6 +46,17 @@ PRECISIONS = ('float64', 'float32')
 """What the numbers of fields may be. Vectors hold twice as many float32."""
 
 
+@dataclass(frozen=True)
+class Grid(Declared):
+    """How finely a cloth is cut, and the precision of its numbers, one of PRECISIONS."""
+
+    columns: int = declared(31, 'nodes from hoist to fly', 'nodes', 2, 1001, name='grid.columns')
+    rows: int = declared(21, 'nodes from upper to lower edge', 'nodes', 2, 1001, name='grid.rows')
+    precision: str = declared(
+        'float64', 'of the numbers inside; float32 is twice as fast, to 0.1 mm',
+        choices=PRECISIONS)
+
+
 @constant
 class Mesh:
     """
@@ -52,21 +70,18 @@ class Mesh:
     above and below, so that every node finds its eight neighbours at constant offsets, stride to
     the next row. Ghosts have weight and mass zero: they need no special case.
 
-    Raises ValueError for a grid below 2 x 2 or above MAX_NODES, or a size that is not positive,
-    and an unknown precision.
+    Raises ValueError for rows, columns and a precision that Grid refuses, and for a size that is
+    not from SHORTEST_SIDE to LONGEST_SIDE.
     """
 
     def __init__(self, rows: int, columns: int, length: float, width: float, pinned: bool = True,
-                 precision: str = 'float64'):
-        self.rows = checks.whole('rows', rows, 2, MAX_NODES)
-        self.columns = checks.whole('columns', columns, 2, MAX_NODES)
-        if self.rows * self.columns > MAX_NODES:
-            raise ValueError(f'rows x columns must be at most {MAX_NODES}, '
-                             f'not {self.rows} x {self.columns}')
-        self.length = checks.finite('length', length, low=1e-3, high=1e4)
-        self.width = checks.finite('width', width, low=1e-3, high=1e4)
+                 precision: str = Grid.precision):
+        self.rows = Grid.accepted('rows', rows)
+        self.columns = Grid.accepted('columns', columns)
+        self.length = checks.finite('length', length, SHORTEST_SIDE, LONGEST_SIDE)
+        self.width = checks.finite('width', width, SHORTEST_SIDE, LONGEST_SIDE)
         self.pinned = checks.boolean('pinned', pinned)
-        self.precision = checks.choice('precision', precision, PRECISIONS)
+        self.precision = Grid.accepted('precision', precision)
         self._dtype = np.dtype(precision)
         self._line = LINE // self._dtype.itemsize
         self.dx = self.length / (self.columns - 1)

@@ -34,10 +34,13 @@ Drag could reverse a velocity in one long step, so it is taken implicitly: that 
 velocity by 1 + h nu, and the wind on a face by 1 + h (dF/du_n) / m, with m the face's mass.
 Springs and curvatures on the border of the cloth have half weight: half of the sheet is there.
 """
+from flag_sim.cloth.forces import Forcing
+from flag_sim.cloth.model import Model
 import numpy as np
 
 
-def take_step(positions, velocities, model, forcing, dt) -> tuple:
+def take_step(positions: np.ndarray, velocities: np.ndarray, model: Model, forcing: Forcing,
+              dt: float) -> tuple[np.ndarray, np.ndarray]:
     """
     Return the positions and velocities after a step, as new arrays.
 

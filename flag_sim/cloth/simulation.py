@@ -13,24 +13,26 @@
 # limitations under the License.
 
 """The cloth as its users meet it: parameters outside, a state inside, frame by frame."""
-from collections.abc import Callable
 import functools
 
 from flag_sim.cloth.constraints import constrain
 from flag_sim.cloth.contact import Limits
-from flag_sim.cloth.divergence import Diverged, stability_hint, validate
+from flag_sim.cloth.divergence import Diverged, validate
 from flag_sim.cloth.forces import Forcing
 from flag_sim.cloth.material import Air, Material
-from flag_sim.cloth.mesh import Mesh, PRECISIONS
+from flag_sim.cloth.mesh import Grid, Mesh
 from flag_sim.cloth.model import Model
 from flag_sim.cloth.normals import node_normals
+from flag_sim.cloth.options import Options
 from flag_sim.cloth.pole import checked_pole, MAX_HOIST, relative_pole
 from flag_sim.cloth.records import Vector
 from flag_sim.cloth.resampling import carry_over
 from flag_sim.cloth.solvers import SOLVERS
-from flag_sim.cloth.stability import damping_bound, Plan, plan, SHORTEST_STEP, Stepping
+from flag_sim.cloth.stability import Plan
 from flag_sim.cloth.start import bump
 from flag_sim.cloth.state import State
+from flag_sim.cloth.stepper import Stepper
+from flag_sim.cloth.stepping import Stepping
 from flag_sim.parallel.thread_pool import ThreadPool
 from flag_sim.parameters import checks
 from flag_sim.parameters.closed import closed
@@ -40,13 +42,9 @@ MAX_WIND = 1e4
 """Greatest wind along an axis [m/s]: the strongest gusts in a wind of 200 m/s, and to spare."""
 MAX_FRAME = 3600.0
 """Longest frame [s]."""
-MAX_NOISE = 0.1
-"""Greatest bump that a flat cloth starts with [m]."""
-MAX_THREADS = 64
-"""Beyond, their bands of an ordinary grid are shorter than a row."""
 
 
-def _setting(name: str, check: Callable, doc: str) -> property:
+def _setting(name, check, doc):
     """Return a property that check(name, value) has to pass, and that does nothing else."""
     private = f'_{name}'
     return property(lambda self: getattr(self, private),
@@ -61,9 +59,9 @@ class Cloth:
     rows, columns: of its grid. length, width: at rest [m]. hoist_top: where its upper hoist corner
     is, (x, y, z) [m]. pinned: whether the hoist is fixed there, or all of the cloth is free.
     stretch_limit: no node of a pinned cloth ends a frame farther from the beginning of its row
-    than 1 + stretch_limit times its distance at rest; held: how many nodes that brought back in
-    the last frame. pole: an upright cylinder (x, y, radius) [m] that no edge and no face of the cloth
-    passes through, however thin it is; the hoist is on its surface or outside.
+    than 1 + stretch_limit times its distance at rest. pole: an upright cylinder (x, y, radius) [m]
+    that no edge and no face of the cloth passes through, however thin it is; the hoist is on its
+    surface or outside.
     precision: of the numbers inside, float64 or float32; what is given out is float64.
     start_noise, start_seed: the cloth starts flat but for a random bump of at most start_noise
     [m], which its weight or the wind needs to begin with; the same seed, the same bump.
@@ -78,13 +76,14 @@ class Cloth:
     finite.
     """
 
-    def __init__(self, rows: int = 21, columns: int = 31, length: float = 2.25,
-                 width: float = 1.5, hoist_top: Vector = (0.05, 0.0, 8.9), *,
+    def __init__(self, rows: int = Grid.rows, columns: int = Grid.columns,
+                 length: float = 2.25, width: float = 1.5, hoist_top: Vector = (0.05, 0.0, 8.9), *,
                  pinned: bool = True, material: Material | None = None, air: Air | None = None,
-                 gravity: float = 9.81, stepping: Stepping | None = None,
-                 solver: str = 'symplectic', stretch_limit: float = 1.0,
-                 pole: Vector | None = None, precision: str = 'float64',
-                 start_noise: float = 1e-4, start_seed: int = 0, threads: int = 1):
+                 gravity: float = Options.gravity, stepping: Stepping | None = None,
+                 solver: str = Options.solver, stretch_limit: float = Options.stretch_limit,
+                 pole: Vector | None = None, precision: str = Grid.precision,
+                 start_noise: float = Options.start_noise,
+                 start_seed: int = Options.start_seed, threads: int = Options.threads):
         hoist_top = checks.vector('hoist_top', hoist_top, MAX_HOIST)
         self._material = checks.instance('material', _or_default(material, Material), Material)
         self.air = _or_default(air, Air)
@@ -94,8 +93,8 @@ class Cloth:
         self.start_noise = start_noise
         self.start_seed = start_seed
         self._held = 0
-        self._pool = ThreadPool(checks.whole('threads', threads, 0, MAX_THREADS))
-        self._solver_name = checks.choice('solver', solver, SOLVERS)
+        self._pool = ThreadPool(Options.accepted('threads', threads))
+        self._solver_name = Options.accepted('solver', solver)
         self._put_on(Mesh(rows, columns, length, width, pinned, precision), hoist_top)
         self.pole = pole
         self.reset()
@@ -106,11 +105,10 @@ class Cloth:
                    'The air that carries the wind.')
     stepping = _setting('stepping', functools.partial(checks.instance, kind=Stepping),
                         'How frames are divided into steps.')
-    gravity = _setting('gravity', functools.partial(checks.finite, low=-1e4, high=1e4),
-                       'Acceleration g along -z [m/s2].')
-    start_noise = _setting('start_noise', functools.partial(checks.finite, low=0.0, high=MAX_NOISE),
+    gravity = _setting('gravity', Options.accepted, 'Acceleration g along -z [m/s2].')
+    start_noise = _setting('start_noise', Options.accepted,
                            'Greatest distance from flat at which the cloth starts [m].')
-    start_seed = _setting('start_seed', functools.partial(checks.whole, low=0, high=2**31 - 1),
+    start_seed = _setting('start_seed', Options.accepted,
                           'Which of all random bumps the cloth starts with.')
 
     @property
@@ -137,7 +135,7 @@ class Cloth:
     @property
     def model(self) -> Model:
         """Return the material on the mesh as it is simulated: softened, where it had to be."""
-        return self._solver.model
+        return self._stepper.solver.model
 
     @property
     def stretch_limit(self) -> float:
@@ -146,7 +144,7 @@ class Cloth:
 
     @stretch_limit.setter
     def stretch_limit(self, limit: float) -> None:
-        limit = checks.finite('stretch_limit', limit, 0.0, 1e6)
+        limit = Options.accepted('stretch_limit', limit)
         if limit != self._stretch_limit:
             self._stretch_limit = limit
             self._constrain()
@@ -172,7 +170,7 @@ class Cloth:
 
     @solver.setter
     def solver(self, name: str) -> None:
-        if checks.choice('solver', name, SOLVERS) != self._solver_name:
+        if Options.accepted('solver', name) != self._solver_name:
             self._remodel(self._mesh, self._material, name)
 
     @property
@@ -182,7 +180,7 @@ class Cloth:
 
     @precision.setter
     def precision(self, precision: str) -> None:
-        if checks.choice('precision', precision, PRECISIONS) != self._mesh.precision:
+        if Grid.accepted('precision', precision) != self._mesh.precision:
             old, positions, velocities = self._mesh, self.positions, self.velocities
             self._put_on(Mesh(old.rows, old.columns, old.length, old.width, old.pinned, precision),
                          self._hoist_top)
@@ -210,11 +208,7 @@ class Cloth:
         self._state.place(positions)
 
     def place(self, positions: np.ndarray, velocities: np.ndarray | None = None) -> None:
-        """
-        Put all nodes, pins too, at positions and velocities (rows, columns, 3) [m], [m/s].
-
-        Without velocities they are at rest.
-        """
+        """Put all nodes, pins too, at positions, with velocities or at rest (see State.place)."""
         self._state.place(positions, velocities)
 
     def hang(self, hoist_top: Vector, length: float, width: float) -> None:
@@ -245,7 +239,7 @@ class Cloth:
         """
         dt = checks.finite('dt', dt, high=MAX_FRAME, above=0.0)
         wind = checks.vector('wind', wind, MAX_WIND)
-        steps = self._planned(dt)
+        steps = self._stepper.plan(dt, self.air, self.stepping)
         self._last_good[...] = self._state.data
         try:
             self._step(steps.granted, dt / steps.granted, wind)
@@ -256,23 +250,13 @@ class Cloth:
         self._constrain()
         return steps
 
-    def _planned(self, dt):
-        """Return the Plan for a frame, and make the solver ready to carry it out."""
-        largest_step = functools.partial(self._solver.largest_step, air=self.air)
-        steps = plan(dt, *self._bounds, largest_step, self.stepping, self._solver.useful_step,
-                     SHORTEST_STEP[self._mesh.precision])
-        factors = (steps.stiffness_factor, steps.damping_factor)
-        if factors != self._solver.model.factors:
-            self._solver = type(self._solver)(Model(self._mesh, self._material, *factors))
-        return steps
-
     def _step(self, count, step, wind):
         """Take count steps of step [s]."""
         pole = relative_pole(self._pole, self._hoist_top)
         forcing = Forcing(wind, self.gravity, self.air, pole, self._stretch_limit)
         with self._pool.frame(count):
-            state = self._solver.advance(self._state, self._spare, forcing, step, count,
-                                         self._pool)
+            state = self._stepper.solver.advance(self._state, self._spare, forcing, step, count,
+                                                 self._pool)
         if state is not self._state:
             self._state, self._spare = self._spare, self._state
 
@@ -281,15 +265,14 @@ class Cloth:
         try:
             validate(self._state)
         except Diverged as broken:
-            hint = stability_hint(self.solver, step, self.stepping.step_safety, *self._bounds,
-                                  self.air)
+            hint = self._stepper.hint(self.solver, step, self.stepping.step_safety, self.air)
             raise Diverged(f'{broken} with solver {self.solver} in {count} steps of {step:.3g} s; '
                            f'the cloth is held where the frame began; {hint}') from None
 
     def _constrain(self):
         """Bring back what is in the pole or farther from the hoist than stretch_limit allows."""
         pole = relative_pole(self._pole, self._hoist_top)
-        contact = self._solver.contact
+        contact = self._stepper.solver.contact
         constrain(self._state, self._spare, Limits.of(self._mesh, pole, self._stretch_limit),
                   contact)
         self._held = int(np.count_nonzero(contact.brought_back))
@@ -305,14 +288,10 @@ class Cloth:
 
     def _remodel(self, mesh, material, solver_name):
         """Take a mesh, a material and a method, once their solver is made: all three or none."""
-        model = Model(mesh, material)
-        solver = SOLVERS[solver_name](model)
-        bounds = solver.frequency_bound(model), damping_bound(model)
+        self._stepper = Stepper(mesh, material, SOLVERS[solver_name])
         self._mesh, self._material, self._solver_name = mesh, material, solver_name
-        self._bounds, self._solver = bounds, solver
 
 
 def _or_default(value, kind):
     """Return value or, for None, what the class makes by default."""
     return kind() if value is None else value
-

@@ -28,12 +28,11 @@ the bounded grid; pins only take modes away. (Irons and Treharne, A Bound Theore
 Eigenvalues, 1971, is the argument for elements.)
 """
 from collections.abc import Callable
-from dataclasses import dataclass
 import math
 from typing import NamedTuple
 
 from flag_sim.cloth.model import Model
-from flag_sim.parameters import checks
+from flag_sim.cloth.stepping import Stepping
 
 
 SHORTEST_STEP = {'float64': 0.0, 'float32': 1e-5}
@@ -43,29 +42,6 @@ Shortest step [s] that the precision of the positions resolves.
 Each step rounds them, in float32 by up to 0.1 micrometres two metres from the hoist: that is what
 a node of 1 cm/s moves in 10 microseconds. More steps would make the motion worse, not better.
 """
-
-
-@dataclass(frozen=True)
-class Stepping:
-    """
-    How a frame is divided into steps.
-
-    substeps: steps per frame; 0 leaves it to stability. Fewer than are stable are refined; more
-    than the precision resolves are not taken (see SHORTEST_STEP).
-    step_safety: the part of the largest stable step that is used, above 0 and at most 1.
-    substeps_limit: the most steps that a frame may cost; beyond it the cloth is softened.
-    Raises ValueError for values outside these meanings.
-    """
-
-    substeps: int = 0
-    step_safety: float = 0.9
-    substeps_limit: int = 1000
-
-    def __post_init__(self):
-        """Refuse what is no division of a frame."""
-        checks.wholes(self, ['substeps'], 0, 10**6)
-        checks.fields(self, ['step_safety'], low=1e-3, high=1.0)
-        checks.wholes(self, ['substeps_limit'], 1, 10**6)
 
 
 class Plan(NamedTuple):

@@ -12,89 +12,48 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""
-Settings: {parameter name: value}, as in a params file of the nodes, and what they make.
-
-Which there are follows from the library's own dataclasses: Light.azimuth is sun.azimuth.
-"""
-import dataclasses
+"""What values {parameter: value}, as in a params file of the nodes, make of the library."""
+from collections.abc import Mapping
 from typing import NamedTuple
 
-from flag_sim.cloth import Air, Cloth, Material, Stepping
-from flag_sim.drawing import Camera, Dimensions, Light, Materials, Style, Surface
+from flag_sim.cloth import Cloth
+from flag_sim.declarations.physics import AIR, GRID, MATERIAL, OPTIONS, STEPPING
+from flag_sim.declarations.renderer import CAMERA, LIGHT, STYLE, SURFACES
+from flag_sim.declarations.scene import DIMENSIONS
+from flag_sim.drawing import Camera, Dimensions, Light, Materials, Style
 
-CLOTH = {'grid.rows': 'rows', 'grid.columns': 'columns', **{name: name for name in (
-    'gravity', 'solver', 'stretch_limit', 'precision', 'start_noise', 'start_seed', 'threads')}}
-"""The parameters of Cloth that it takes as they are, and the names of its arguments."""
+Values = Mapping[str, object]
 
-
-def _names(record, prefix='', but=()):
-    """Return {parameter: field} of a dataclass whose fields are parameters under a prefix."""
-    return {prefix + field.name: field.name for field in dataclasses.fields(record)
-            if field.name not in but}
-
-
-MATERIAL = _names(Material)
-AIR = _names(Air, 'air.')
-STEPPING = _names(Stepping)
-CAMERA = {('' if name in ('width', 'height') else 'camera.') + name: name
-          for name in _names(Camera)}
-LIGHT = {**_names(Light, 'sun.', but=['ambient']), 'ambient': 'ambient'}
-# pole_height is pole.height
-SCENE = {name.replace('_', '.', 1): name for name in _names(Dimensions)}
-STYLE = _names(Style)
-SURFACES = {
-    'flag': _names(Surface, 'flag.'),  # only the flag is thin enough to let light through
-    'pole': _names(Surface, 'pole.', but=['transmission']),
-    'platform': _names(Surface, 'platform.', but=['transmission']),
-}
-COLOURS = ('background', *(f'{thing}.color' for thing in SURFACES))
+# Each raises ValueError where there is no such thing.
+material_of = MATERIAL.make
+air_of = AIR.make
+stepping_of = STEPPING.make
 
 
-def _make(record, names, settings):
-    return record(**{field: settings[name] for name, field in names.items()})
-
-
-def material_of(settings):
-    """Return the cloth's Material; raises ValueError, as all of these, where there is none."""
-    return _make(Material, MATERIAL, settings)
-
-
-def air_of(settings):
-    """Return the Air around the cloth."""
-    return _make(Air, AIR, settings)
-
-
-def stepping_of(settings):
-    """Return the Stepping."""
-    return _make(Stepping, STEPPING, settings)
-
-
-def hang_of(settings):
+def hang_of(values: Values) -> tuple[tuple[float, float, float], float, float]:
     """
     Return (hoist_top, length, width) [m] of the flag (1.2).
 
     Unless given, the width is a sixth of the pole and the length one and a half times the width.
     The upper corner is on the pole's surface, one diameter below its top.
     """
-    width = settings['flag.width'] or settings['pole.height'] / 6.0
-    length = settings['flag.length'] or 1.5 * width
-    top = settings['pole.height'] - settings['pole.diameter']
-    return (0.5 * settings['pole.diameter'], 0.0, top), length, width
+    width = values['flag.width'] or values['pole.height'] / 6.0
+    length = values['flag.length'] or 1.5 * width
+    top = values['pole.height'] - values['pole.diameter']
+    return (0.5 * values['pole.diameter'], 0.0, top), length, width
 
 
-def pole_of(settings):
+def pole_of(values: Values) -> tuple[float, float, float] | None:
     """Return the cylinder (x, y, radius) [m] that the cloth stays out of, or None."""
-    return (0.0, 0.0, 0.5 * settings['pole.diameter']) if settings['pole_collision'] else None
+    return (0.0, 0.0, 0.5 * values['pole.diameter']) if values['pole_collision'] else None
 
 
-def cloth_of(settings):
-    """Return the Cloth, at rest."""
-    hoist_top, length, width = hang_of(settings)
-    return Cloth(length=length, width=width, hoist_top=hoist_top, pole=pole_of(settings),
-                 material=material_of(settings), air=air_of(settings),
-                 stepping=stepping_of(settings),
-                 **{argument: settings[name] for name, argument in CLOTH.items()})
+def cloth_of(values: Values) -> Cloth:
+    """Return the Cloth, at rest; raises ValueError where there is none."""
+    hoist_top, length, width = hang_of(values)
+    return Cloth(length=length, width=width, hoist_top=hoist_top, pole=pole_of(values),
+                 material=material_of(values), air=air_of(values), stepping=stepping_of(values),
+                 **GRID.arguments(values), **OPTIONS.arguments(values))
 
 
 class Look(NamedTuple):
@@ -107,16 +66,19 @@ class Look(NamedTuple):
     style: Style
 
 
-def look_of(settings):
+COLOURS = ('background', *(f'{thing}.color' for thing in SURFACES))
+
+
+def look_of(values: Values) -> Look:
     """
-    Return the Look.
+    Return the Look; raises ValueError where there is none.
 
     Between black and another colour, keys pass through what Surface and Style refuse, for people
     who give it count colours from 0 to 1: that is black here.
     """
-    settings = {name: (0.0, 0.0, 0.0) if name in COLOURS and 0.0 < max(value) <= 1.0 else value
-                for name, value in settings.items()}
+    values = {name: (0.0, 0.0, 0.0) if name in COLOURS and 0.0 < max(value) <= 1.0 else value
+              for name, value in values.items()}
     return Look(
-        _make(Camera, CAMERA, settings), _make(Light, LIGHT, settings),
-        Materials(**{thing: _make(Surface, names, settings) for thing, names in SURFACES.items()}),
-        _make(Dimensions, SCENE, settings), _make(Style, STYLE, settings))
+        CAMERA.make(values), LIGHT.make(values),
+        Materials(**{thing: group.make(values) for thing, group in SURFACES.items()}),
+        DIMENSIONS.make(values), STYLE.make(values))

@@ -19,16 +19,16 @@ import math
 
 from flag_sim.drawing import ranges, transforms
 from flag_sim.parameters import checks
+from flag_sim.parameters.declaration import TURN
+from flag_sim.parameters.declared import Declared, declared
 
 import numpy as np
 
 PROJECTIONS = ('perspective', 'orthographic')
-# The rasterizer's exactness is proved for vertices within 2^15 pixels of the origin.
-LARGEST_SIDE = 16384
 
 
 @dataclasses.dataclass(frozen=True)
-class Camera:
+class Camera(Declared):
     """
     A camera that circles its target at a distance.
 
@@ -45,28 +45,22 @@ class Camera:
     Raises ValueError for a value out of its range. Frozen: use dataclasses.replace for another.
     """
 
-    width: int = 640
-    height: int = 480
-    projection: str = 'perspective'
-    vertical_fov: float = 0.56
-    scale: float = 3.0
-    target: tuple = (1.1, 0.0, 7.85)
-    distance: float = 5.5
-    azimuth: float = -math.pi / 2.0
-    elevation: float = -0.1
-    roll: float = 0.0
-    near: float = 0.05
-
-    def __post_init__(self):
-        """Refuse what no camera can be; keep plain numbers, so that cameras compare by value."""
-        checks.wholes(self, ['width', 'height'], 1, LARGEST_SIDE)
-        checks.choice('projection', self.projection, PROJECTIONS)
-        checks.fields(self, ['vertical_fov', 'scale', 'near'], above=0.0)
-        checks.require(self.vertical_fov < math.pi, 'vertical_fov', 'below pi', self.vertical_fov)
-        checks.fields(self, ['distance'], low=0.0)
-        ranges.angles(self, ['azimuth', 'roll'], ranges.TURN)
-        ranges.angles(self, ['elevation'], ranges.QUARTER)
-        object.__setattr__(self, 'target', checks.vector('target', self.target))
+    # Sides within the 2^15 pixels for which the rasterizer's exactness is proved.
+    width: int = declared(640, 'image width', 'pixels', 1, 7680, name='width')
+    height: int = declared(480, 'image height', 'pixels', 1, 4320, name='height')
+    projection: str = declared('perspective', 'how space is mapped to the image',
+                               choices=PROJECTIONS)
+    vertical_fov: float = declared(0.56, 'perspective: angle that the height sees', 'rad',
+                                   0.001, 3.1)
+    scale: float = declared(3.0, 'orthographic: height that the image shows', 'm', 0.001, 10000.0)
+    target: tuple = declared((1.1, 0.0, 7.85), 'point in the middle of the image', 'm', -1e4, 1e4)
+    distance: float = declared(5.5, 'from the target', 'm', 0.0, 10000.0)
+    azimuth: float = declared(-math.pi / 2.0, 'of the camera seen from the target', 'rad',
+                              -TURN, TURN)
+    elevation: float = declared(-0.1, 'of the camera seen from the target', 'rad',
+                                -math.pi / 2.0, math.pi / 2.0)
+    roll: float = declared(0.0, 'turn about the line of sight', 'rad', -TURN, TURN)
+    near: float = declared(0.05, 'nothing nearer is drawn', 'm', 0.001, 1000.0)
 
     @property
     def is_perspective(self) -> bool:

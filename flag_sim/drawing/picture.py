@@ -30,7 +30,7 @@ from flag_sim.drawing.scene import flag_scene, Object
 from flag_sim.drawing.scene_buffers import SceneBuffers
 from flag_sim.drawing.shading import Light, shade
 from flag_sim.drawing.shapes import Dimensions
-from flag_sim.drawing.style import Materials, Style
+from flag_sim.drawing.style import Materials, Style, THREADS
 from flag_sim.parallel.thread_pool import ThreadPool
 from flag_sim.parameters import checks
 
@@ -40,17 +40,15 @@ import numpy as np
 CHUNKS_AT_ONCE = 128
 # More pieces of work than this are shared among threads; fewer are done sooner than those begin.
 WORTH_SHARING = 4
-MAX_THREADS = 64
 
 
 class Picture:
     """
     Draws frames into buffers of its own, which it keeps from frame to frame.
 
-    threads: how many share a frame, from 0 to MAX_THREADS; 0 chooses by measuring the first
-    frames. The pixels are the same for any number. Raises ValueError for others. Only what this
-    frame or the last one drew into is cleared and turned into bytes: elsewhere the background is
-    there already.
+    threads: how many share a frame, see THREADS; 0 chooses by measuring the first frames. The
+    pixels are the same for any number. Raises ValueError for others. Only what this frame or the
+    last one drew into is cleared and turned into bytes: elsewhere the background is there already.
 
     >>> frame = Picture().draw(vertices, channels=['depth'])     # (rows, columns, 3) [m]
     >>> frame.colour, frame.depth
@@ -58,9 +56,9 @@ class Picture:
 
     __slots__ = ('_pool', '_scene', '_framebuffer', '_colours', '_buffers')
 
-    def __init__(self, threads: int = 1):
+    def __init__(self, threads: int = THREADS.default):
         """Begin without buffers: the first frame's camera says how large they are."""
-        self._pool = ThreadPool(checks.whole('threads', threads, 0, MAX_THREADS))
+        self._pool = ThreadPool(THREADS.convert(threads))
         self._scene = self._framebuffer = self._colours = None
         self._buffers = {}
 

@@ -12,43 +12,10 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Checks of what people give for a picture: angles, colours, switches, arrays of points."""
-import math
-
+"""Checks of arrays of points that people give for a picture."""
 from flag_sim.parameters import checks
 
 import numpy as np
-
-# Angles [rad] go to a turn either way, or from straight down to straight up: what is beyond is
-# most often meant in degrees.
-TURN, QUARTER = 2.0 * math.pi, 0.5 * math.pi
-
-
-def angles(record, names, most: float) -> None:
-    """Make fields of a frozen dataclass floats from -most to most [rad], or raise ValueError."""
-    for name in names:
-        angle = checks.finite(f'{name} [rad]', getattr(record, name), -most, most)
-        object.__setattr__(record, name, angle)
-
-
-def levels(record, name: str) -> None:
-    """
-    Make a field of a frozen dataclass a colour: three floats from 0 to 255.
-
-    Raises ValueError for what is no such colour, and for one whose channels all are from 0 to 1,
-    but for black: nobody wants to see that, and other programs count from 0 to 1.
-    """
-    colour = checks.colour(name, getattr(record, name))
-    checks.require(not 0.0 < max(colour) <= 1.0, name,
-                   'red, green and blue from 0 to 255, one of them above 1 unless all are 0',
-                   colour)
-    object.__setattr__(record, name, colour)
-
-
-def switches(record, names) -> None:
-    """Make fields of a frozen dataclass True or False, or raise ValueError."""
-    for name in names:
-        object.__setattr__(record, name, checks.boolean(name, getattr(record, name)))
 
 
 def numbers(name: str, value) -> np.ndarray:

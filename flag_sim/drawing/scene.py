@@ -74,7 +74,7 @@ class Object:
         object.__setattr__(self, 'triangles', triangles)
         checks.instance('surface', self.surface, Surface)
         object.__setattr__(self, 'label', checks.whole('label', self.label, 0, 255))
-        ranges.switches(self, ['is_closed'])
+        object.__setattr__(self, 'is_closed', checks.boolean('is_closed', self.is_closed))
 
 
 # Of arrays of triangles that are read-only: a weak reference and their extremes, by id.

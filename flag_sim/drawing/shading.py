@@ -17,35 +17,42 @@ import dataclasses
 import math
 from typing import NamedTuple
 
-from flag_sim.drawing import ranges
 from flag_sim.jit.kernels import kernel
 from flag_sim.parameters import checks
+from flag_sim.parameters.declaration import TURN
+from flag_sim.parameters.declared import Declared, declared
 
 import numpy as np
 
 
+def refuse_unit_colour(name: str, colour: tuple) -> None:
+    """
+    Raise ValueError for a colour, 0 to 255, whose channels all are from 0 to 1, but for black.
+
+    Nobody wants to see that, and other programs count colours from 0 to 1.
+    """
+    checks.require(not 0.0 < max(colour) <= 1.0, name,
+                   'red, green and blue from 0 to 255, one of them above 1 unless all are 0',
+                   colour)
+
+
 @dataclasses.dataclass(frozen=True)
-class Light:
+class Light(Declared):
     """
     The sun, which is a direction, and the light that comes from everywhere.
 
     azimuth: [rad] from x towards y, and elevation: [rad] above the horizon, of the place where
     the sun stands; intensity: of its light; ambient: of the other. A surface of diffuse 1 that
     faces the sun shows its own colour where intensity + ambient = 1. A sun below the ground does
-    not shine: what is left is the ambient light. Raises ValueError for angles beyond a turn, or
-    beyond straight up and down, and for intensities below 0.
+    not shine: what is left is the ambient light. Raises ValueError for a value out of its range.
     """
 
-    azimuth: float = -1.0
-    elevation: float = 0.7
-    intensity: float = 0.8
-    ambient: float = 0.35
-
-    def __post_init__(self):
-        """Refuse what cannot shine; keep plain numbers."""
-        ranges.angles(self, ['azimuth'], ranges.TURN)
-        ranges.angles(self, ['elevation'], ranges.QUARTER)
-        checks.fields(self, ['intensity', 'ambient'], low=0.0)
+    azimuth: float = declared(-1.0, 'where the sun stands, from +x towards +y', 'rad',
+                              -TURN, TURN)
+    elevation: float = declared(0.7, 'where the sun stands, above the horizon', 'rad',
+                                -math.pi / 2.0, math.pi / 2.0)
+    intensity: float = declared(0.8, 'light of the sun', '', 0.0, 10.0)
+    ambient: float = declared(0.35, 'light from everywhere', '', 0.0, 10.0, name='ambient')
 
     @property
     def direction(self) -> tuple:
@@ -61,7 +68,7 @@ class Light:
 
 
 @dataclasses.dataclass(frozen=True)
-class Surface:
+class Surface(Declared):
     """
     What a surface returns of the light.
 
@@ -69,20 +76,24 @@ class Surface:
     sun off; specular: of the sun's reflection, which is white, and shininess: the exponent that
     makes it small (Blinn, 1977); transmission: what a thin cloth lets through of the light on
     its other side, in its own colour. A coefficient of 0 switches its term off.
-    Raises ValueError for colours out of range, or from 0 to 1 (see ranges), and for a negative or
-    infinite coefficient.
+    Raises ValueError for a value out of its range, and for a colour from 0 to 1 (see
+    refuse_unit_colour).
     """
 
-    color: tuple = (255.0, 255.0, 255.0)
-    diffuse: float = 1.0
-    specular: float = 0.0
-    shininess: float = 30.0
-    transmission: float = 0.0
+    color: tuple = declared((255.0, 255.0, 255.0), 'colour of the {thing}: red, green, blue', '',
+                            0.0, 255.0)
+    diffuse: float = declared(1.0, 'share of the sun that the {thing} returns', '', 0.0, 10.0)
+    specular: float = declared(0.0, 'strength of the sun mirrored by the {thing}; 0: off', '',
+                               0.0, 10.0)
+    shininess: float = declared(30.0, 'exponent of the mirrored sun: more is smaller', '',
+                                1.0, 1000.0)
+    transmission: float = declared(
+        0.0, 'share of the sun that shines through the {thing}; 0: off', '', 0.0, 1.0)
 
     def __post_init__(self):
-        """Refuse what no surface can be; keep plain numbers."""
-        ranges.levels(self, 'color')
-        checks.fields(self, ['diffuse', 'specular', 'shininess', 'transmission'], low=0.0)
+        """Refuse what no surface can be."""
+        super().__post_init__()
+        refuse_unit_colour('color', self.color)
 
 
 class Lighting(NamedTuple):

@@ -25,10 +25,10 @@ import dataclasses
 import functools
 import math
 
-from flag_sim.drawing import ranges
 from flag_sim.drawing.camera import Camera
 from flag_sim.drawing.mesh import Mesh
 from flag_sim.parameters import checks
+from flag_sim.parameters.declared import Declared, declared
 
 import numpy as np
 
@@ -41,31 +41,31 @@ MOST_SEGMENTS = 256
 
 
 @dataclasses.dataclass(frozen=True)
-class Dimensions:
+class Dimensions(Declared):
     """
     Dimensions [m] of the pole and the platform, and whether they are seen.
 
     The pole is a cylinder of pole_height with a dome on top, a half sphere whose RADIUS is the
     cylinder's DIAMETER, closed below by a flat ring. The platform is a square box of
     platform_side and platform_height with a hole of the pole's radius through its middle.
-    Raises ValueError for a measure that is not above 0, for a hole wider than the platform, and
-    for a switch that is neither True nor False.
+    Raises ValueError for a value out of its range, and for a hole wider than the platform.
     """
 
-    pole_height: float = 9.0
-    pole_diameter: float = 0.1
-    platform_side: float = 1.0
-    platform_height: float = 0.3
-    pole_visible: bool = True
-    platform_visible: bool = True
+    pole_height: float = declared(9.0, 'height of the pole without its tip', 'm', 0.1, 1000.0,
+                                  name='pole.height')
+    pole_diameter: float = declared(0.1, 'diameter of the pole; radius of its tip', 'm',
+                                    0.001, 10.0, name='pole.diameter')
+    platform_side: float = declared(1.0, 'side of the platform, a square', 'm', 0.01, 100.0,
+                                    name='platform.side')
+    platform_height: float = declared(0.3, 'height of the platform', 'm', 0.01, 100.0,
+                                      name='platform.height')
+    pole_visible: bool = declared(True, 'draw the pole', name='pole.visible')
+    platform_visible: bool = declared(True, 'draw the platform', name='platform.visible')
 
     def __post_init__(self):
-        """Refuse what cannot be built; keep plain numbers."""
-        checks.fields(self, ['pole_height', 'pole_diameter', 'platform_side', 'platform_height'],
-                      above=0.0)
-        ranges.switches(self, ['pole_visible', 'platform_visible'])
-        checks.require(self.platform_side > self.pole_diameter, 'platform_side',
-                       f'greater than pole_diameter {self.pole_diameter}', self.platform_side)
+        """Refuse what cannot be built."""
+        super().__post_init__()
+        check_hole(self.platform_side, self.pole_diameter)
 
     def segments(self, camera: Camera) -> int:
         """
@@ -82,6 +82,11 @@ class Dimensions:
         # The height of a chord's arc, r (1 - cos(pi / n)), is about r (pi / n)^2 / 2.
         wanted = math.pi * math.sqrt(min(0.5 * pixels / ROUNDNESS, MOST_SEGMENTS ** 2))
         return min(max(4 * math.ceil(wanted / 4), FEWEST_SEGMENTS), MOST_SEGMENTS)
+
+
+def check_hole(side: float, diameter: float, names=('platform_side', 'pole_diameter')) -> None:
+    """Raise ValueError, by these names, unless a platform is wider than its pole [m]."""
+    checks.require(side > diameter, names[0], f'greater than {names[1]} {diameter}', side)
 
 
 def box_mesh(low: Sequence[float], high: Sequence[float]) -> Mesh:

@@ -15,17 +15,22 @@
 """The look of a picture: materials of the things in it, and the style that they are drawn in."""
 import dataclasses
 
-from flag_sim.drawing import ranges
 from flag_sim.drawing.attributes import INTERPOLATIONS
 from flag_sim.drawing.multisample import PATTERNS
-from flag_sim.drawing.shading import Surface
+from flag_sim.drawing.shading import refuse_unit_colour, Surface
 from flag_sim.parameters import checks
+from flag_sim.parameters.declaration import Declaration
+from flag_sim.parameters.declared import Declared, declared
 
 import numpy as np
 
 SHADINGS = ('gouraud', 'flat')
 HIDDEN_SURFACES = ('zbuffer', 'painter')
 SAMPLES = tuple(PATTERNS)
+
+THREADS = Declaration(
+    'threads', 1, 'threads that draw; 0: as many as the first frames show to be worth it', '',
+    0, 64, fixed=True)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -43,7 +48,7 @@ class Materials:
 
 
 @dataclasses.dataclass(frozen=True)
-class Style:
+class Style(Declared):
     """
     How the picture is made.
 
@@ -57,23 +62,24 @@ class Style:
     Raises ValueError for a colour out of range, another word or another number.
     """
 
-    background: tuple = (180.0, 240.0, 240.0)
-    shading: str = 'gouraud'
-    interpolation: str = 'screen'
-    samples: int = 1
-    hidden_surface: str = 'zbuffer'
-    outline: bool = False
+    background: tuple = declared((180.0, 240.0, 240.0),
+                                 'colour where nothing is: red, green, blue', '', 0.0, 255.0)
+    samples: int = declared(1, '1: at pixel centres alone; 4, 8 or 16 more where edges are',
+                            choices=SAMPLES)
+    shading: str = declared('gouraud', 'light at vertices and between, or one per triangle',
+                            choices=SHADINGS)
+    interpolation: str = declared(
+        'screen', 'of light between vertices: linear on the screen or in space',
+        choices=INTERPOLATIONS)
+    hidden_surface: str = declared(
+        'zbuffer', 'nearest of every pixel, or triangles from far to near',
+        choices=HIDDEN_SURFACES)
+    outline: bool = declared(False, 'draw the edges of the triangles, darker')
 
     def __post_init__(self):
-        """Refuse unknown words and colours; keep plain numbers."""
-        ranges.levels(self, 'background')
-        checks.choice('shading', self.shading, SHADINGS)
-        checks.choice('interpolation', self.interpolation, INTERPOLATIONS)
-        checks.require(self.samples in SAMPLES and not isinstance(self.samples, bool), 'samples',
-                       'one of ' + ', '.join(map(str, SAMPLES)), self.samples)
-        object.__setattr__(self, 'samples', int(self.samples))
-        ranges.switches(self, ['outline'])
-        checks.choice('hidden_surface', self.hidden_surface, HIDDEN_SURFACES)
+        """Refuse unknown words and colours."""
+        super().__post_init__()
+        refuse_unit_colour('background', self.background)
 
     @property
     def clear_colour(self) -> np.uint32:

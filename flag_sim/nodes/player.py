@@ -13,32 +13,34 @@
 # limitations under the License.
 
 """The player node, the recorder's twin: sends what a bag holds, by the clock or in lockstep."""
+from collections.abc import Mapping, Sequence
 import sys
 import time
 
-from flag_sim.declarations.nodes import PLAYER
+from flag_sim.declarations.player import PLAYER
 from flag_sim.protocol.frames import FrameId
+from flag_sim.protocol.recorded_frames import recorded_frames
 from flag_sim.ros.bag import RecordedTopics
 from flag_sim.ros.delivery import check_delivery, Delivery
+from flag_sim.ros.frame_message import as_oldest
 from flag_sim.ros.lifecycle import run
-from flag_sim.ros.messages import owed_alone
+from flag_sim.ros.node_log import NodeLog
 from flag_sim.ros.parameter_node import BadParameter, ParameterNode
-from flag_sim.ros.recorded_frames import recorded_frames
-from flag_sim.ros.throttled_log import Refusals
-from flag_sim.ros.topics import publish
+from flag_sim.ros.topics import publish, TOPICS
 
-LOOK_AGAIN = 0.05  # how often lockstep looks for what is overdue [s]
-# What drives the pipeline from the bag on; played if nothing else is asked for.
+LOOK_AGAIN = 0.05
+"""Between looks of lockstep for what is overdue [s]."""
 SOURCES = ('parameters', 'vertices')
+"""Topics that drive the pipeline; the first of them that the bag has is played by default."""
 
 
 class Player(ParameterNode):
     """
     Publishes the serialised messages of a bag as they are, in the bag's order.
 
-    In lockstep all messages of one stamp are a frame, whenever they were received, and the next
-    one leaves when the one before is done, so nothing is lost. Played are the topics asked for,
-    else `parameters` if the bag has it, else `vertices`.
+    In lockstep all messages with one stamp make up a frame, whenever they were received, and a
+    frame leaves when the one before it is done, so nothing is lost. The topics asked for are
+    played; by default `parameters` if the bag has it, else `vertices`.
     """
 
     def __init__(self):
@@ -49,9 +51,10 @@ class Player(ParameterNode):
                      for topic in topics}
         self._messages = self._bag.messages(topics)
         if self.values['pace'] == 'lockstep':
-            self._messages = recorded_frames(self._messages, list(self._out))
-        self._refusals = Refusals()
-        self._status = 0
+            self._messages = recorded_frames(
+                self._messages, [name for name in self._out if TOPICS[name].every_frame])
+        self._log = NodeLog(self)
+        self._exit_status = 0
         self._next = self._read()
         self._start = None  # (steady time [s], time in the bag [ns]) of the first message
         self._delivery = Delivery(self, self._send_again, self._on_done)
@@ -60,8 +63,8 @@ class Player(ParameterNode):
         self.get_logger().info(f'playing {", ".join(self._out)} of {self.values["path"]}, '
                                f'{self.values["pace"]}')
 
-    def check(self, values):
-        """Refuse frames that would never be done."""
+    def check(self, values: Mapping) -> None:
+        """Raise ValueError for frames that would never be done."""
         check_delivery(values)
 
     def _chosen(self):
@@ -88,7 +91,7 @@ class Player(ParameterNode):
         except BadParameter as error:
             self.get_logger().error(f'{error}; nothing after {self._stopwatch.frames} messages of '
                                     f'{next(iter(self._out))} is played')
-            self._status = 1
+            self._exit_status = 1
             return None
 
     def _arm(self, seconds):
@@ -100,7 +103,7 @@ class Player(ParameterNode):
     def _on_timer(self):
         now = time.monotonic()
         if self.values['pace'] == 'lockstep':
-            self._delivery.resend(now)
+            self._delivery.resend_overdue(now)
             self._give_up(now)
             self._send_frame(now)
             self._arm(LOOK_AGAIN)
@@ -108,7 +111,7 @@ class Player(ParameterNode):
             self._send_due(now)
         if self._next is None and not len(self._delivery) and not self.ended.done():
             self.get_logger().info('the bag is over')
-            self.ended.set_result(self._status)
+            self.ended.set_result(self._exit_status)
 
     def _send_due(self, now):
         """Send what is due by the clock; then wait for the next."""
@@ -139,14 +142,14 @@ class Player(ParameterNode):
             self._delivery.send(frame, recorded, self.values['wait_for'], now)
 
     def _send(self, name, data):
-        with self._stopwatch.share('publish'):
+        with self._stopwatch.measure('publish'):
             self._out[name].publish(data)
         self._stopwatch.frames += name == next(iter(self._out))
 
     def _send_again(self, sent):
         """Send a frame once more; nodes that wait for one that the bag lacks go on with it."""
         for name, data in sent.message.messages:
-            self._out[name].publish(owed_alone(data) if name == 'parameters' else data)
+            self._out[name].publish(as_oldest(data) if name == 'parameters' else data)
 
     def _give_up(self, now):
         """Wait no longer for a frame that nobody can serve, as the bag lacks a part of it."""
@@ -155,23 +158,21 @@ class Player(ParameterNode):
                 now - sent.first_time <= self.values['resend_after']):
             return
         self._delivery.give_up()
-        reason = (f'the frame at {sent.frame.stamp / 1e9:.3f} s is not waited for any longer: the '
-                  f'bag lacks its {", ".join(sorted(sent.message.lost))}')
-        if self._refusals.is_worth_saying(reason, now):
-            self.get_logger().warning(reason)
+        self._log.warn(f'no longer waiting for the frame at {sent.frame.stamp / 1e9:.3f} s: the '
+                       f'bag lacks its {", ".join(sorted(sent.message.lost))}')
 
     def _on_done(self):
         if self.values['pace'] == 'lockstep':
             self._send_frame(time.monotonic())
 
-    def close(self):
-        """Close the bag and say where the time went."""
+    def close(self) -> None:
+        """Close the bag and log where the time went."""
         self._bag.close()
         self.get_logger().info(self._stopwatch.summary())
 
 
-def main(args=None):
-    """Run the player node."""
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the player node; return the exit status."""
     return run(Player, args)
 
 

@@ -13,31 +13,38 @@
 # limitations under the License.
 
 """The renderer node: draws the cloth of every `vertices` message into an image."""
+from collections.abc import Mapping, Sequence
 import sys
 import time
 
-from flag_sim.declarations.making import look_of
-from flag_sim.declarations.nodes import RENDERER, SCENE
+from flag_sim.declarations.making import Look, look_of
+from flag_sim.declarations.renderer import RENDERER
+from flag_sim.declarations.scene import check_scene
 from flag_sim.drawing import Picture
 from flag_sim.protocol.frames import FrameId
+from flag_sim.protocol.stamp_buffer import StampBuffer
 from flag_sim.ros import messages
 from flag_sim.ros.compiling import compiling
 from flag_sim.ros.frame_node import FrameNode
 from flag_sim.ros.lifecycle import run
-from flag_sim.ros.throttled_log import Waiting
 from flag_sim.ros.topics import DEPTH, publish, publishers, subscribe
 import numpy as np
 
-# Vertices may come before the wind is discovered; only after this time does its absence mean
-# that they are played back alone, without parameters [s].
 GRACE = 1.0
-LOOK_AGAIN = 5.0  # how often a second sender of vertices is looked for [s]
+"""
+After this time a wind that is not discovered is not there [s].
+
+Vertices may come before it is discovered; only from then on are they drawn without parameters, as
+when they are played back alone.
+"""
+LOOK_AGAIN = 5.0
+"""Between looks for a second publisher of vertices; one that was killed is seen for less [s]."""
 
 
-class Shot:
-    """A frame's picture: what it is drawn from, and the messages that were asked for so far."""
+class Drawing:
+    """What a frame is drawn from, and the messages that were asked for so far."""
 
-    def __init__(self, cloud, look):
+    def __init__(self, cloud: tuple[np.ndarray, np.ndarray | None], look: Look):
         self.cloud = cloud
         self.look = look
         self.is_drawn = False
@@ -45,12 +52,12 @@ class Shot:
 
 
 class Renderer(FrameNode):
-    """Publishes image, camera_info and depth of the frames whose vertices and parameters came."""
+    """Publishes image, camera_info and depth of every frame whose vertices and parameters came."""
 
     def __init__(self):
-        super().__init__('renderer', SCENE + RENDERER)
+        super().__init__('renderer', RENDERER)
         self._values = self._look = None
-        self._clouds = {}  # (positions, normals) by stamp, in the order of arrival
+        self._clouds = StampBuffer(DEPTH)  # positions and normals
         self._first = None  # stamp of the take's first frame [ns]
         self._warm_up()
         # Made after that, for the number of threads is chosen by how long its first frames take.
@@ -61,8 +68,9 @@ class Renderer(FrameNode):
         self._start = time.monotonic()
         subscribe(self, 'vertices', self._on_vertices)
         self._grace = self.create_timer(GRACE, self._end_grace)
-        self._several = self.create_timer(LOOK_AGAIN, self._look_for_several)
-        self._waiting = Waiting(self, self._missing, lambda: self._stopwatch.frames)
+        self._publishers_timer = self.create_timer(LOOK_AGAIN, self._look_for_publishers)
+        self._had_several = False  # publishers of vertices, at the last look
+        self._log.watch(self._missing, lambda: self._stopwatch.frames)
         self.get_logger().info(
             f'{self.values["width"]} x {self.values["height"]} pixels, waiting for vertices')
 
@@ -72,11 +80,13 @@ class Renderer(FrameNode):
         with compiling(self, 'the rasterizer'):
             Picture().draw(square, None, *look_of(self.values))
 
-    def check(self, values):
-        """Refuse values of which no picture can be made."""
-        look_of(values)
+    def check(self, values: Mapping) -> None:
+        """Raise ValueError for values of which no picture can be made."""
+        check_scene(values)
 
-    def restart(self, frame):
+    # What arrives.
+
+    def restart(self, frame: FrameId) -> None:
         """
         Forget the clouds of the take before; those of the frames that wait came early.
 
@@ -84,10 +94,9 @@ class Renderer(FrameNode):
         """
         self._first = frame.stamp
         if frame.take is not None:
-            early = {waiting.stamp for waiting in self._order.waiting.values()}
-            self._clouds = {stamp: c for stamp, c in self._clouds.items() if stamp in early}
+            self._clouds.keep({early.stamp for early in self._order.waiting.values()})
 
-    def is_ready(self, frame):
+    def is_ready(self, frame: FrameId) -> bool:
         """Return whether the frame's vertices have come."""
         return frame.stamp in self._clouds
 
@@ -101,11 +110,8 @@ class Renderer(FrameNode):
         if self.answer_again(stamp):
             return
         if stamp == self._first:
-            self._clouds.clear()  # they came late, from the take before
-        self._clouds.pop(stamp, None)
-        self._clouds[stamp] = cloud
-        while len(self._clouds) > DEPTH:  # by arrival: the first stamps of a round are its newest
-            del self._clouds[next(iter(self._clouds))]
+            self._clouds.keep(())  # they came late, from the take before
+        self._clouds.put(stamp, cloud)
         self.serve()
         if stamp in self._clouds:
             self._serve_alone(bytes(info['publisher_gid']['data']))
@@ -114,8 +120,14 @@ class Renderer(FrameNode):
         """Draw what came without parameters, if there is nobody who could still send them."""
         if time.monotonic() - self._start < GRACE or self.count_publishers('parameters'):
             return
-        for stamp in sorted(self._clouds):
+        for stamp in list(self._clouds):
             self.take_frame(FrameId(stamp, None, stamp, stamp), None, {}, sender)
+
+    def _end_grace(self):
+        self.destroy_timer(self._grace)
+        self._serve_alone(None)
+
+    # What is missing.
 
     def _missing(self):
         """Return in words what the next frame lacks: its vertices or, with them, parameters."""
@@ -134,33 +146,31 @@ class Renderer(FrameNode):
                     'of this frame; end it, and vertices are drawn alone')
         return ''
 
-    def _look_for_several(self):
-        """Warn, once, of several publishers of vertices."""
-        if self.count_publishers('vertices') > 1:
+    def _look_for_publishers(self):
+        """Warn, once, of several publishers of vertices that are still there at the next look."""
+        number = self.count_publishers('vertices')
+        if number > 1 and self._had_several:
             self.get_logger().warning(
-                f'{self.count_publishers("vertices")} publishers of vertices '
-                f'({publishers(self, "vertices")}): frames are drawn from one or the other')
-            self.destroy_timer(self._several)
+                f'{number} publishers of vertices ({publishers(self, "vertices")}): frames are '
+                'drawn from one or the other')
+            self.destroy_timer(self._publishers_timer)
+        self._had_several = number > 1
 
-    def _end_grace(self):
-        self.destroy_timer(self._grace)
-        self._serve_alone(None)
+    # The picture.
 
-    def work(self, frame, wind, values):
-        """Return the frame's Shot; it is drawn when somebody listens."""
+    def work(self, frame: FrameId, wind: np.ndarray, values: Mapping) -> Drawing:
+        """Return the frame's Drawing; it is drawn when somebody listens."""
         if values != self._values:
             self._values, self._look = values, look_of(values)
-        cloud = self._clouds.pop(frame.stamp)
-        self._clouds = {stamp: c for stamp, c in self._clouds.items() if stamp > frame.stamp}
-        shot = Shot(cloud, self._look)
-        self._draw(frame.stamp, shot)
-        return shot
+        drawing = Drawing(self._clouds.take(frame.stamp), self._look)
+        self._draw(frame.stamp, drawing)
+        return drawing
 
     def _listened(self):
         return [name for name, publisher in self._camera_out.items()
                 if publisher.get_subscription_count()]
 
-    def _draw(self, stamp, shot):
+    def _draw(self, stamp, drawing):
         """
         Make the messages that somebody listens to and that are not made yet.
 
@@ -168,36 +178,37 @@ class Renderer(FrameNode):
         with the next one.
         """
         listened = self._listened()
-        if 'camera_info' in listened and 'camera_info' not in shot.messages:
-            shot.messages['camera_info'] = messages.camera_info_message(stamp, shot.look.camera)
+        if 'camera_info' in listened and 'camera_info' not in drawing.messages:
+            drawing.messages['camera_info'] = messages.camera_info_message(
+                stamp, drawing.look.camera)
         with_depth = 'depth/image_raw' in listened
-        if not shot.is_drawn and (with_depth or 'image_raw' in listened):
-            shot.is_drawn = True
+        if not drawing.is_drawn and (with_depth or 'image_raw' in listened):
+            drawing.is_drawn = True
             channels = ['depth'] if with_depth else []
-            frame = self._picture.draw(*shot.cloud, *shot.look, channels)
-            shot.messages['image_raw'] = messages.image_message(stamp, frame.colour)
+            frame = self._picture.draw(*drawing.cloud, *drawing.look, channels)
+            drawing.messages['image_raw'] = messages.image_message(stamp, frame.colour)
             if with_depth:
-                shot.messages['depth/image_raw'] = messages.depth_message(stamp, frame.depth)
+                drawing.messages['depth/image_raw'] = messages.depth_message(stamp, frame.depth)
 
-    def status(self):
+    def answer(self, stamp: int, answer: Drawing) -> None:
+        """Publish the picture, then say that the frame is done."""
+        self._draw(stamp, answer)  # for those who have begun to listen since the frame was served
+        with self._stopwatch.measure('publish'):
+            for name in self._listened():
+                if name in answer.messages:
+                    self._camera_out[name].publish(answer.messages[name])
+            self._frame_done_out.publish(messages.header(stamp, self.get_name()))
+
+    def status(self) -> tuple[bytes, str, dict]:
         """Return the level, a message and the size of the pictures."""
         level, message, values = super().status()
         present = self._values or self.values
         return level, message, {**values, 'width [pixels]': present['width'],
                                 'height [pixels]': present['height']}
 
-    def answer(self, stamp, shot):
-        """Publish the picture, then say that the frame is done."""
-        self._draw(stamp, shot)  # for those who have begun to listen since the frame was served
-        with self._stopwatch.share('publish'):
-            for name in self._listened():
-                if name in shot.messages:
-                    self._camera_out[name].publish(shot.messages[name])
-            self._frame_done_out.publish(messages.header(stamp, self.get_name()))
 
-
-def main(args=None):
-    """Run the renderer node."""
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the renderer node; return the exit status."""
     return run(Renderer, args)
 
 

@@ -12,19 +12,21 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The wind node: holds the wind and the keyframes, and decides when a frame happens."""
+"""The wind node: plays the wind and the keyframes, and decides when a frame happens."""
+from collections.abc import Mapping, Sequence
 import sys
 import time
 
 from flag_sim.animation.keys import values_at
 from flag_sim.animation.tracks import SAME
 from flag_sim.animation.wind_source import WindSource
-from flag_sim.declarations.nodes import WIND
-from flag_sim.declarations.targets import TARGETS
+from flag_sim.declarations.keyable import TARGETS
+from flag_sim.declarations.wind import WIND
 from flag_sim.protocol.clock import FrameClock
-from flag_sim.protocol.frames import FrameId, next_take
+from flag_sim.protocol.frames import next_take
 from flag_sim.protocol.missed_frames import MissedFrames
-from flag_sim.ros import messages
+from flag_sim.protocol.take import Take
+from flag_sim.ros import frame_message, messages
 from flag_sim.ros.animation_node import AnimationNode
 from flag_sim.ros.delivery import check_delivery, Delivery
 from flag_sim.ros.diagnostics import compute_time, Diagnostics, OK, WARN
@@ -33,8 +35,12 @@ from flag_sim.ros.topics import publish, subscribe
 from geometry_msgs.msg import Vector3, Vector3Stamped
 from rosgraph_msgs.msg import Clock as ClockMessage
 
-LOOK_AGAIN = 0.2  # how often lockstep looks for overdue frames [s]
-REPORT = 5.0  # between reports of missed frames and of another wind [s]
+LOOK_AGAIN = 0.2
+"""Between looks of lockstep for overdue frames [s]."""
+REPORT = 5.0
+"""Between reports of missed frames and of another wind [s]."""
+ANOTHER = ('another node publishes parameters in this graph too: physics and renderer start over '
+           'whenever the sender changes')
 
 
 class Wind(AnimationNode):
@@ -46,17 +52,18 @@ class Wind(AnimationNode):
         self._keyframe_out = publish(self, 'keyframe')
         self._wind_out = publish(self, 'wind')
         self._clock_out = publish(self, '/clock') if self.values['publish_clock'] else None
-        self._message = messages.FrameMessage(self.get_fully_qualified_name())
+        self._message = frame_message.FrameMessage(self.get_fully_qualified_name())
         self._delivery = Delivery(self, self._send_again, self._on_done)
-        self._missed_frames = MissedFrames(self, self._delivery)
-        self._reset_since = None
+        self._missed = MissedFrames()
+        self._last_look = time.monotonic(), time.process_time()  # of real time at what is due [s]
+        self._reset_since = None  # steady time at which a reset was asked for [s]
         self._timer = None
-        self._take = 0
+        self._take = None
         self._begin_take()
         subscribe(self, 'reset', self._on_reset)
         subscribe(self, 'step', self._on_step)
         self._set_timer()
-        self.create_timer(REPORT, lambda: self._missed_frames.report(self._pacer.rate))
+        self.create_timer(REPORT, self._report)
         self._diagnostics = Diagnostics(self, self._status)
         # In real time frames leave whether or not anybody is there to serve them.
         waits = ('sent at once, served by' if self.values['pace'] == 'realtime' else 'waiting for')
@@ -71,43 +78,43 @@ class Wind(AnimationNode):
 
     # Parameters.
 
-    def check(self, values):
-        """Refuse an animation that cannot be played, and frames that would never be done."""
+    def check(self, values: Mapping) -> None:
+        """Raise ValueError for an animation that cannot be played, or never be done."""
         check_delivery(values)
         if values['stamp.clock'] == 'wall' and values['stamp.start']:
             raise ValueError(f'stamp.start {values["stamp.start"]:g} s is only for stamp.clock '
                              'simulation, not for wall')
         super().check(values)
 
-    def apply(self, changed):
+    def apply(self, changed: set[str]) -> None:
         """Play on with the new values."""
         super().apply(changed)
-        now = self._pacer.time / 1e9
+        now = self._take.clock.time / 1e9
         self._wind_source = self._wind_source.continued(self.values, self.timeline, now)
+        self._take.length = self.values['frames']
         if 'wait_for' in changed:
             self._delivery.wait_for(self.values['wait_for'])
         if 'rate' in changed:
-            self._missed_frames.report_missed(self._pacer.rate)
-            self._pacer.change_rate(self.values['rate'])
+            self._report_missed()  # at the rate at which they were missed
+            self._take.clock.change_rate(self.values['rate'])
         if changed & {'rate', 'pace', 'paused', 'frames'}:
-            self._pacer.wait()
+            self._take.clock.wait()
             self._set_timer()
         if 'pace' in changed:
             self._delivery.clear()  # frames of real time are owed to nobody, as they have said
 
-    def now(self):
+    def now(self) -> float:
         """Return the time of the last frame in the animation [s]."""
-        return self.timeline.local(max(self._previous, 0) / 1e9)
+        return self.timeline.local(max(self._take.previous, 0) / 1e9)
 
     # Time.
 
     def _begin_take(self):
-        self._take = next_take(self._take)
-        self._pacer = FrameClock(
+        clock = FrameClock(
             self.values['rate'], round(self.values['stamp.start'] * 1e9),
             time.time_ns if self.values['stamp.clock'] == 'wall' else None)
-        # Time of the frame before in the take [ns]; negative: a key at 0 is crossed by frame 0.
-        self._previous = -10
+        self._take = Take(next_take(self._take.number if self._take else 0), clock,
+                          self.values['frames'], messages.LATEST)
         self._delivery.clear()
         self._wind_source = WindSource(self.values, self.timeline)
 
@@ -123,19 +130,15 @@ class Wind(AnimationNode):
         if self._reset_since is not None:
             self._finish_reset(now)
         elif self.values['pace'] == 'lockstep':
-            self._delivery.resend(now)
+            self._delivery.resend_overdue(now)
             self._fill_window()
         elif not self.values['paused']:
             self._send_due(now)
         self._end_if_done(now)
 
-    def _is_last_sent(self):
-        return (0 < self.values['frames'] <= self._pacer.index
-                or self._pacer.stamp > messages.LATEST)
-
     def _on_step(self, _):
         """Send one frame while paused."""
-        if self.values['paused'] and not self._is_last_sent():
+        if self.values['paused'] and not self._take.is_over:
             self._send(time.monotonic())
 
     def _on_reset(self, _):
@@ -151,31 +154,24 @@ class Wind(AnimationNode):
             self.get_logger().info('reset: back to the first frame', throttle_duration_sec=1.0)
 
     def _end_if_done(self, now):
-        if self._reset_since is not None or self.ended.done() or not self._is_last_sent():
+        if self._reset_since is not None or self.ended.done() or not self._take.is_over:
             return
-        gone = self.values['pace'] == 'realtime' and self._delivery.overdue(
+        is_gone = self.values['pace'] == 'realtime' and self._delivery.overdue(
             now, self.values['resend_after'])
-        if not len(self._delivery) or gone:
-            self._missed_frames.frames['undone'] += len(self._delivery)
+        if not len(self._delivery) or is_gone:
+            self._missed.frames['undone'] += len(self._delivery)
+            beyond = f', and the next stamp is beyond {messages.LATEST / 1e9:.0f} s'
             self.get_logger().info(
-                f'the shot is over: {self._pacer.index} frames, {self._delivery.resent} sent '
-                f'again, {self._missed_frames.missed} missed' + (
-                    f', and the next stamp is beyond {messages.LATEST / 1e9:.0f} s'
-                    if self._pacer.stamp > messages.LATEST else ''))
+                f'the shot is over: {self._take.clock.index} frames, {self._delivery.resent} sent '
+                f'again, {self._missed.missed} missed' + beyond * self._take.is_beyond)
             self.ended.set_result(0)
 
     # Lockstep.
 
     def _fill_window(self):
-        # Alone at first: what is sent before everybody has found everybody may be lost.
-        window = self.values['window'] if self._delivery.answered else 1
-        while (self._pacer.index - self._oldest_index() < window and not self.values['paused']
-               and self._reset_since is None and not self._is_last_sent()):
+        while (not self.values['paused'] and self._reset_since is None
+               and self._take.has_room(self._delivery, self.values['window'])):
             self._send(time.monotonic())
-
-    def _oldest_index(self):
-        """Return the oldest frame that may be asked for again; all nodes keep those after it."""
-        return self._delivery.oldest.frame.index if len(self._delivery) else self._pacer.index
 
     def _send_again(self, sent):
         sent.frame = sent.frame._replace(oldest=sent.frame.index)
@@ -183,7 +179,7 @@ class Wind(AnimationNode):
 
     def _on_done(self):
         if self.values['pace'] == 'lockstep':
-            self._delivery.resend(time.monotonic())
+            self._delivery.resend_overdue(time.monotonic())
             self._fill_window()
         self._end_if_done(time.monotonic())
 
@@ -191,46 +187,44 @@ class Wind(AnimationNode):
 
     def _send_due(self, now):
         """Send the frame that is due; time that went by without the timer is frames missed."""
-        if self._is_last_sent():
+        if self._take.is_over:
             return
-        due = self._pacer.due(now)
-        if self.values['frames']:
-            due = min(due, self.values['frames'] - 1)
-        self._missed_frames.frames['skipped'] += due - self._pacer.index
-        self._pacer.index = due
-        if self._pacer.stamp > messages.LATEST:
+        (before, computed_before), self._last_look = self._last_look, (now, time.process_time())
+        skipped = self._take.skip_to(now)
+        self._missed.skip(skipped, now - before, self._last_look[1] - computed_before)
+        if self._take.is_beyond:
             return
-        while len(self._delivery) >= self.values['window']:
-            self._missed_frames.frames['undone'] += self._delivery.answered
-            self._delivery.give_up()
+        self._missed.frames['undone'] += self._delivery.make_room(self.values['window'])
         self._send(now)
 
     # Frames.
 
     def _send(self, now):
-        if self._previous < 0:
-            self._pacer.meet_wall()
-        stamp, at, index = self._pacer.stamp, self._pacer.time, self._pacer.index
-        in_turn = self.values['pace'] == 'lockstep'
-        frame = FrameId(stamp, self._take, index, self._oldest_index() if in_turn else index)
-        with self._stopwatch.share('work'):
+        """Send the next frame at steady time `now` [s]."""
+        if self._take.previous < 0:
+            self._take.clock.meet_wall()
+        at = self._take.clock.time
+        # All nodes keep what may be asked for again; in real time that is nothing.
+        frame = self._take.next_id(self._take.oldest_index(self._delivery)
+                                   if self.values['pace'] == 'lockstep' else None)
+        with self._stopwatch.measure('work'):
             # Keys and gusts are at times of the take, whatever its stamps are.
             keyed = values_at(self.timeline, at / 1e9, TARGETS)
             wind = self._wind_source.at(at / 1e9)
             message = self._message.fill(frame, wind, keyed)
-        with self._stopwatch.share('publish'):
+        with self._stopwatch.measure('publish'):
             self._delivery.send(frame, (wind, keyed), self.values['wait_for'], now)
             self._parameters_out.publish(message)
             self._publish_crossed(at)
             if self._clock_out is not None:
-                self._clock_out.publish(ClockMessage(clock=messages.to_time(stamp)))
+                self._clock_out.publish(ClockMessage(clock=messages.to_time(frame.stamp)))
             if self._wind_out.get_subscription_count():
                 self._wind_out.publish(Vector3Stamped(
-                    header=messages.header(stamp, messages.WORLD),
+                    header=messages.header(frame.stamp, messages.WORLD),
                     vector=Vector3(x=wind[0], y=wind[1], z=wind[2])))
         self._stopwatch.frames += 1
-        self._missed_frames.frames['sent'] += 1
-        self._pacer.index += 1
+        self._missed.frames['sent'] += 1
+        self._take.sent()
 
     def _publish_crossed(self, at):
         """
@@ -238,30 +232,48 @@ class Wind(AnimationNode):
 
         A key at the time of the frame has exactly its stamp, whichever way that was rounded.
         """
-        for key, name in self.timeline.crossed(self._previous / 1e9, at / 1e9):
+        for key, name in self.timeline.crossed(self._take.previous / 1e9, at / 1e9):
             is_now = key >= at / 1e9 - SAME
             self._keyframe_out.publish(messages.header(
-                self._pacer.offset + (at if is_now else round(key * 1e9)), name))
-        self._previous = at
+                self._take.clock.offset + (at if is_now else round(key * 1e9)), name))
 
-    # What people are told.
+    # Reports.
+
+    def _report(self):
+        """Warn of frames that were missed, and of another wind."""
+        self._report_missed()
+        if self.count_publishers('parameters') > 1:
+            self.get_logger().warning(ANOTHER)
+
+    def _report_missed(self):
+        """Warn of frames that were missed since the last time."""
+        report = self._missed.report(
+            self._take.clock.rate, self._delivery.late_in_words(time.monotonic()),
+            self.values['wait_for'])
+        if report:
+            self.get_logger().warning(report)
 
     def _status(self):
         """Return the `state` of the wind."""
         pace = 'paused' if self.values['paused'] else self.values['pace']
-        alarms, figures = self._missed_frames.status()
+        late, missed = self._delivery.late_in_words(time.monotonic()), self._missed.lately()
+        alarms = [f'waiting for {late}'] * bool(late) + [f'{missed} frames missed'] * bool(missed)
+        alarms += [ANOTHER] * (self.count_publishers('parameters') > 1)
         return (WARN if alarms else OK, '; '.join(alarms) or pace, {
             'pace': pace, 'rate [Hz]': self.values['rate'],
-            'time [s]': max(self._previous, 0) / 1e9, **figures,
+            'time [s]': max(self._take.previous, 0) / 1e9,
+            'frames sent': self._missed.frames['sent'],
+            'frames sent again': self._delivery.resent,
+            'frames missed': self._missed.missed, 'waiting for': late or 'nobody',
             'tracks': len(self.timeline.tracks), **compute_time(self._stopwatch)})
 
-    def close(self):
-        """Say where the time went."""
+    def close(self) -> None:
+        """Log where the time went."""
         self.get_logger().info(self._stopwatch.summary())
 
 
-def main(args=None):
-    """Run the wind node."""
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the wind node; return the exit status."""
     return run(Wind, args)
 
 

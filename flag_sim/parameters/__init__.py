@@ -13,7 +13,10 @@
 # limitations under the License.
 
 """
-Parameters: what can be set, what each may be, and what they make.
+The machinery of parameters: how one is declared, checked, and written to a params file.
 
-The nodes declare them as their parameters, the study turns them; neither knows of the other.
+declaration   one parameter: name, default, unit, range, choices, effect
+declared      declarations beside the fields of dataclasses, and groups of them for nodes
+checks        refusal of other bad values                closed   of attributes that nobody reads
+arguments     types of what commands take                params_file
 """

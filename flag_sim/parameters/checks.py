@@ -12,7 +12,12 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Refusal of bad values, with a message that names the rule and the value."""
+"""
+Refusal of bad values, with a message that names the rule and the value.
+
+For what is no parameter: those are checked by their declarations.
+"""
+from collections.abc import Collection
 from decimal import Context, ROUND_DOWN
 import functools
 import math
@@ -21,20 +26,19 @@ from pathlib import Path
 import numpy as np
 
 LARGEST = 1e12
-"""Beyond any physical value; keeps products and roots of the parameters far from overflow."""
-
+"""Beyond any physical value; its products and roots are far from overflow."""
 
 DIGITS = range(4, 17)
 """How many digits of a limit somebody may print, and somebody else type again."""
 
 
-def text(number):
+def text(number: float) -> str:
     """Return a number as short as `:g` where that is exact, and else with all its digits."""
     short = f'{number:g}'
     return short if float(short) == number else repr(float(number))
 
 
-def rounded_down(limit, digits=3):
+def rounded_down(limit: float, digits: int = 3) -> str:
     """Return a positive limit with few digits, none of them above it, as a text."""
     return f'{float(Context(digits, ROUND_DOWN).create_decimal(limit)):g}'
 
@@ -46,7 +50,7 @@ def _roundings(limit):
     return min(limit, *printed), max(limit, *printed)
 
 
-def within(number, low, high):
+def within(number: float, low: float, high: float) -> float | None:
     """
     Return a number if it is from low to high, else None.
 
@@ -58,13 +62,13 @@ def within(number, low, high):
     return None
 
 
-def require(holds, name, rule, value):
+def require(holds: bool, name: str, rule: str, value: object) -> None:
     """Raise ValueError('<name> must be <rule>, not <value>') unless it holds."""
     if not holds:
         raise ValueError(f'{name} must be {rule}, not {value!r}')
 
 
-def path(name, value):
+def path(name: str, value: str | Path) -> Path:
     """
     Return value as a Path, with `~` and `~user` at its begin read as a shell does.
 
@@ -77,7 +81,8 @@ def path(name, value):
         raise ValueError(f'{name} {value}: no home is known of such a user') from None
 
 
-def finite(name, value, low=-math.inf, high=math.inf, above=-math.inf):
+def finite(name: str, value: object, low: float = -math.inf, high: float = math.inf,
+           above: float = -math.inf) -> float:
     """
     Return value as a float.
 
@@ -101,7 +106,7 @@ def finite(name, value, low=-math.inf, high=math.inf, above=-math.inf):
     return kept
 
 
-def whole(name, value, low, high):
+def whole(name: str, value: object, low: int, high: int) -> int:
     """Return value as an int; raises ValueError unless it is whole and low <= value <= high."""
     number = finite(name, value)
     if number != int(number):
@@ -111,39 +116,27 @@ def whole(name, value, low, high):
     return int(number)
 
 
-def boolean(name, value):
+def boolean(name: str, value: object) -> bool:
     """Return value as a bool; raises ValueError unless it is True or False."""
     require(isinstance(value, (bool, np.bool_)), name, 'True or False', value)
     return bool(value)
 
 
-def fields(record, names, **limits):
-    """Make fields of a frozen dataclass floats within limits, or raise ValueError (see finite)."""
-    for name in names:
-        object.__setattr__(record, name, finite(name, getattr(record, name), **limits))
-
-
-def wholes(record, names, low, high):
-    """Make fields of a frozen dataclass ints within limits, or raise ValueError (see whole)."""
-    for name in names:
-        object.__setattr__(record, name, whole(name, getattr(record, name), low, high))
-
-
-def instance(name, value, kind):
+def instance(name: str, value: object, kind: type) -> object:
     """Return value; raises ValueError unless it is of the kind, a class."""
     if not isinstance(value, kind):
         require(False, name, f'of class {kind.__name__}', value)
     return value
 
 
-def choice(name, value, choices):
+def choice(name: str, value: object, choices: Collection[str]) -> str:
     """Return value; raises ValueError unless it is one of the choices, which are words."""
     require(isinstance(value, str) and value in choices, name,
             'one of ' + ', '.join(choices), value)
     return value
 
 
-def vector(name, value, largest=math.inf):
+def vector(name: str, value: object, largest: float = math.inf) -> tuple:
     """Return value as three finite floats; raises ValueError unless of at most largest size."""
     numbers = array(name, value, (3,), largest)
     if any(isinstance(one, (bool, np.bool_)) for one in value):
@@ -151,12 +144,7 @@ def vector(name, value, largest=math.inf):
     return tuple(float(number) for number in numbers)
 
 
-def colour(name, value):
-    """Return value as red, green and blue; raises ValueError unless all are from 0 to 255."""
-    return tuple(finite(name, channel, 0.0, 255.0) for channel in vector(name, value))
-
-
-def array(name, value, shape, largest=math.inf):
+def array(name: str, value: object, shape: tuple, largest: float = math.inf) -> np.ndarray:
     """
     Return value as a float64 array.
 

@@ -23,7 +23,7 @@ import dataclasses
 import functools
 
 
-def closed(cls):
+def closed(cls: type) -> type:
     """Let a class's objects, once made, keep to the attributes that they have."""
     def refusal(thing, name):
         if hasattr(type(thing), name) or name in thing.__dict__:
@@ -38,7 +38,7 @@ def closed(cls):
     return _guarded(cls, refusal)
 
 
-def constant(cls):
+def constant(cls: type) -> type:
     """Let nobody set a public attribute of a class's objects, once they are made."""
     def refusal(thing, name):
         if name.startswith('_'):

@@ -12,19 +12,27 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Parameters: the name, type, unit, range and effect of every parameter that a node has."""
+"""A declaration: the name, type, default, unit, range, choices and effect of one parameter."""
 import dataclasses
 import math
+import numbers
 
 from flag_sim.parameters import checks
 
-KINDS = {bool: 'boolean', int: 'whole number', float: 'number', str: 'text'}
+TYPES = {bool: 'boolean', int: 'whole number', float: 'number', str: 'text'}
+"""The types of single values, in words."""
+TURN = 2.0 * math.pi
+"""
+Directions [rad] go one turn to either side, so that a track may pass through half a turn.
+
+What is beyond is most often meant in degrees.
+"""
 
 
 @dataclasses.dataclass(frozen=True)
 class Declaration:
     """
-    One parameter of a node.
+    One parameter.
 
     default: bool, int, float, str, or a list of float or str; its type is the parameter's type.
     low, high: inclusive range of a number, or of each number of a list; a limit that has more
@@ -47,65 +55,87 @@ class Declaration:
     fixed: bool = False
 
     @property
-    def is_list(self):
+    def is_list(self) -> bool:
         """Return whether the value is a list."""
         return isinstance(self.default, list)
 
     @property
-    def rule(self):
+    def kind(self) -> type:
+        """Return the type of the value, or of each value of a list."""
+        return self.item if self.is_list else type(self.default)
+
+    @property
+    def limits(self) -> str:
+        """Return the range as people read it, `0.1 to 10`; empty where there is none."""
+        if self.low is None:
+            return ''
+        low, high = (f'{end:g}' if self.kind is float else f'{end}'
+                     for end in (self.low, self.high))
+        return f'{low} to {high}'
+
+    @property
+    def rule(self) -> str:
         """Return in words what a value must be."""
-        kind = self.item if self.is_list else type(self.default)
-        words = KINDS[kind]
+        words = TYPES[self.kind]
         if self.choices:
             words = f'one of {", ".join(map(str, self.choices))}'
         elif self.low is not None:
-            low, high = (f'{end:g}' if kind is float else f'{end}'
-                         for end in (self.low, self.high))
-            words += f' from {low} to {high}'
+            words += f' from {self.limits}'
         if self.is_list:
             words = (f'a list of {self.length} values, each a {words}' if self.length else
-                     words.replace(KINDS[kind], f'a list of {KINDS[kind]}s', 1))
-        else:
-            words = words if self.choices else f'a {words}'
+                     words.replace(TYPES[self.item], f'a list of {TYPES[self.item]}s', 1))
+        elif not self.choices:
+            words = f'a {words}'
         return words + (f' [{self.unit}]' if self.unit else '')
 
-    def accept(self, value):
+    def accept(self, value: object, name: str = '') -> object:
         """
-        Return `value` in the parameter's own type; raise ValueError with the rule and the value.
+        Return a value, as ROS gives it, in the parameter's own type.
 
-        There is no -0: it is 0.
+        name: of the parameter as its user knows it, where it is another. There is no -0: it is 0.
+        Raises ValueError, with the rule and the value, for a value out of range and for one of
+        another type, but that a whole number is taken for a number.
         """
-        if not self.is_list:
-            return self._accept_one(value, type(self.default))
-        try:
-            values = [] if isinstance(value, str) else list(value)
-        except TypeError:
-            raise self._refusal(value) from None
-        if isinstance(value, str) or self.length not in (None, len(values)):
-            raise self._refusal(value)
-        return [self._accept_one(one, self.item, value) for one in values]
-
-    def _accept_one(self, one, kind, whole=None):
-        whole = one if whole is None else whole
-        is_number = isinstance(one, (int, float)) and not isinstance(one, bool)
-        if kind is float and is_number:
-            try:
-                one = float(one) + 0.0
-            except OverflowError:  # a whole number of hundreds of digits
-                raise self._refusal(whole) from None
-        elif type(one) is not kind:
-            raise self._refusal(whole)
-        if kind is float and not math.isfinite(one):
-            raise self._refusal(whole)
-        if self.low is not None:
-            if kind is float:
-                one = checks.within(one, self.low, self.high)
-            if one is None or not self.low <= one <= self.high:
-                raise self._refusal(whole)
-        if self.choices and one not in self.choices:
-            raise self._refusal(whole)
-        return one
-
-    def _refusal(self, value):
         value = value.tolist() if hasattr(value, 'tolist') else value
-        return ValueError(f'{self.name} must be {self.rule}, not {value!r}')
+        if not self.is_list:
+            accepted = self._accept_one(value)
+        elif isinstance(value, (list, tuple)) and self.length in (None, len(value)):
+            accepted = [self._accept_one(one) for one in value]
+            accepted = None if None in accepted else accepted
+        else:
+            accepted = None
+        if accepted is None:
+            raise ValueError(f'{name or self.name} must be {self.rule}, not {value!r}')
+        return accepted
+
+    def convert(self, value: object, name: str = '') -> object:
+        """
+        Return a value, as Python code gives it, in the parameter's own type; a list as a tuple.
+
+        Beside what `accept` does, 3.0 is a whole number: ROS parameters are of one type each,
+        and it is of another there.
+        """
+        value = value.tolist() if hasattr(value, 'tolist') else value
+        if self.kind is int and isinstance(value, float) and value.is_integer():
+            value = int(value)
+        accepted = self.accept(value, name)
+        return tuple(accepted) if self.is_list else accepted
+
+    def _accept_one(self, one):
+        """Return a single value in its type, or None where it is refused."""
+        if self.kind is float:
+            return self._accept_number(one)
+        if type(one) is not self.kind or (self.choices and one not in self.choices):
+            return None
+        return one if self.low is None or self.low <= one <= self.high else None
+
+    def _accept_number(self, one):
+        if not isinstance(one, numbers.Real) or isinstance(one, bool):
+            return None
+        try:
+            number = float(one) + 0.0
+        except OverflowError:  # a whole number of hundreds of digits
+            return None
+        if not math.isfinite(number):
+            return None
+        return number if self.low is None else checks.within(number, self.low, self.high)

@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """Parameters as a params file, written whole or not at all."""
+from collections.abc import Iterable, Mapping
 import os
 import tempfile
 
@@ -20,7 +21,7 @@ from flag_sim.parameters import checks
 import yaml
 
 
-def check_path(path):
+def check_path(path: str) -> None:
     """Raise ValueError if a file could not be written at `path`."""
     path = checks.path('save_to', path)
     folder = path.resolve().parent
@@ -35,7 +36,7 @@ def check_path(path):
         raise ValueError(f'save_to: {path} cannot be written: {error.strerror}') from None
 
 
-def heads_of(nodes):
+def heads_of(nodes: Iterable[str]) -> dict[str, str]:
     """
     Return {full name: the key that stands for the node in a params file}.
 
@@ -47,7 +48,8 @@ def heads_of(nodes):
             for node, name in zip(nodes, names)}
 
 
-def save_parameters(path, node, values, others=None, lacking=()):
+def save_parameters(path: str, node: str, values: Mapping, others: Mapping | None = None,
+                    lacking: Iterable[str] = ()) -> None:
     """
     Write {name: value} of `node`, by its full name, as a params file.
 

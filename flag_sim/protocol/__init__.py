@@ -12,4 +12,4 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The order of frames: which is next, which are in flight, which are done; without ROS."""
+"""Frames between the nodes: their order, clock, delivery, recording and reports; without ROS."""

@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """The clock of a take: which frame is next, its stamp, and when it is due."""
+from collections.abc import Callable
 from fractions import Fraction
 
 
@@ -21,12 +22,13 @@ class FrameClock:
     Counts the frames of a take.
 
     rate: frames per second [Hz]. index: of the frame that is sent next. Times follow from the
-    count of frames in exact arithmetic, so they gather no error however long a take is. start:
-    stamp of the first frame [ns]; wall(): the wall clock's [ns], which stamps follow instead
-    wherever the take begins to keep to real time: at its first frame and after a pause.
+    count of frames in exact arithmetic, so they gather no error however long a take is.
+    start: the stamp of the first frame [ns]. wall(): the time of the wall clock [ns], which stamps
+    follow instead from where the take begins to keep to real time: from its first frame, and
+    after a pause.
     """
 
-    def __init__(self, rate, start=0, wall=None):
+    def __init__(self, rate: float, start: int = 0, wall: Callable[[], int] | None = None):
         self.index = 0
         self.offset = start  # of stamps before the take's time [ns]
         self._wall = wall
@@ -39,36 +41,36 @@ class FrameClock:
         self.wait()
 
     @property
-    def rate(self):
+    def rate(self) -> float:
         """Return the present rate [Hz]."""
         return self._rate
 
-    def change_rate(self, rate):
+    def change_rate(self, rate: float) -> None:
         """Change the rate from the next frame on, which keeps its time."""
         self._origin = self.index, self.time
         self._set_rate(rate)
 
     @property
-    def time(self):
+    def time(self) -> int:
         """Return when in the take the next frame is: to the nearest whole nanosecond [ns]."""
         first, time = self._origin
         return time + round((self.index - first) * self._period)
 
     @property
-    def stamp(self):
+    def stamp(self) -> int:
         """Return the stamp of the next frame [ns]."""
         return self.offset + self.time
 
-    def meet_wall(self):
+    def meet_wall(self) -> None:
         """Give the next frame the wall clock's time, if stamps are by it; they never go back."""
         if self._wall is not None:
             self.offset = max(self.offset, self._wall() - self.time)
 
-    def wait(self):
+    def wait(self) -> None:
         """Let time stand still until `due` is asked for again."""
         self._due_origin = None  # (steady time [s], frame that was due at it)
 
-    def due(self, now):
+    def due(self, now: float) -> int:
         """Return the index of the frame that is due at steady time `now` [s], or the next one."""
         if self._due_origin is None:
             self._due_origin = now, self.index

@@ -20,9 +20,10 @@ take that somebody may still be waiting for when it was sent. In lockstep the fr
 on are owed: they are served one after another, and one that was lost is waited for, because it
 is sent again. In real time nothing is owed (`oldest` is the frame itself) and gaps are passed.
 
-What its sender says is owed to nobody any more, and yet sends, is played again: a bag that is
-looped is played in rounds, and none of a round's frames is a copy of the round before.
+A frame that is sent although its sender said before that nobody waits for it any more is played
+again: a looped bag is played in rounds, and no frame of a round is a copy of the round before.
 """
+from collections.abc import Callable, Hashable
 import enum
 import time
 from typing import NamedTuple
@@ -31,13 +32,13 @@ from typing import NamedTuple
 class FrameId(NamedTuple):
     """What identifies a frame on the wire."""
 
-    stamp: int   # simulation time [ns]
-    take: int    # later takes have greater numbers; None: unknown, ordered by stamp alone
-    index: int   # 0 is the first frame of the take
-    oldest: int  # index of the oldest frame that may still be waited for
+    stamp: int        # simulation time [ns]
+    take: int | None  # later takes have greater numbers; None: unknown, ordered by stamp alone
+    index: int        # 0 is the first frame of the take
+    oldest: int       # index of the oldest frame that may still be waited for
 
 
-def next_take(take):
+def next_take(take: int) -> int:
     """
     Return the number of a new take after `take`; 0: after none.
 
@@ -52,12 +53,12 @@ class Arrival(enum.Enum):
 
     NEW = enum.auto()      # a frame not seen before: it waits for its turn
     AGAIN = enum.auto()    # a copy of a frame that was served: answer it again
-    STALE = enum.auto()    # far behind: a late copy, or the first of a round, as the next tells
+    STALE = enum.auto()    # far behind: a late copy, or the first of a round: the next one decides
     RESTART = enum.auto()  # the first of another take or round: forget everything, then as NEW
 
 
-def _follows(frame, behind):
-    """Return whether a frame comes right after another one, or is it once more."""
+def _follows(frame: FrameId, behind: FrameId) -> bool:
+    """Return whether a frame comes right after another one, or is the same once more."""
     if frame.take != behind.take:
         return frame.take > behind.take
     # Only where nothing is owed may some be left out between them.
@@ -74,18 +75,19 @@ class FrameOrder:
     def __init__(self):
         self._take = None
         self._sender = None
-        self._first = self._last = -1  # of the frames of this round; the last one served
-        self._oldest = 0  # that may still be waited for, by the newest word of the sender
+        self._first = -1  # index of the first frame of this round
+        self._last = -1   # index of the last frame that was served
+        self._oldest = 0  # index that may still be waited for, as the sender said last
         self._behind = None  # the frame far behind that came last, if none came after it
-        self._waiting = {}
+        self._waiting: dict[int, FrameId] = {}
 
-    def arrive(self, frame, sender=None):
+    def arrive(self, frame: FrameId, sender: Hashable = None) -> Arrival:
         """
         Take note of a frame and say what it is.
 
         sender: whatever tells one publisher from another, or None. A new publisher may play an
         old take again (a bag that is played twice); the same publisher's older frames are copies
-        or, where two that are far behind come in a row, the begin of another round. One alone
+        or, where two that are far behind come in a row, the beginning of another round. One alone
         decides nothing: a network that holds messages back brings such copies.
         """
         changed = sender != self._sender
@@ -111,16 +113,17 @@ class FrameOrder:
         return Arrival.NEW
 
     @property
-    def waiting(self):
+    def waiting(self) -> dict[int, FrameId]:
         """Return {index: frame} of the frames whose turn has not come."""
         return self._waiting
 
     @property
-    def kept(self):
+    def kept(self) -> list[FrameId]:
         """Return all frames that may yet be served: waiting, or far behind."""
         return [*self._waiting.values(), *([self._behind] if self._behind else [])]
 
-    def next_frame(self, is_ready=lambda frame: True):
+    def next_frame(self, is_ready: Callable[[FrameId], bool] = lambda frame: True
+                   ) -> FrameId | None:
         """
         Return the next frame whose turn it is and that `is_ready`, or None.
 

@@ -13,77 +13,131 @@
 # limitations under the License.
 
 """Frames in flight: what was sent, who has said that it is done, and what is overdue."""
+from collections.abc import Iterable
 import dataclasses
+
+from flag_sim.protocol.frames import FrameId
+
+FIRST_RESEND = 0.2
+"""Before a frame is sent again while nobody has ever answered: discovery takes a moment [s]."""
 
 
 @dataclasses.dataclass
 class Sent:
-    """A frame that was sent: its place, its message, who has not done it yet, and when it left."""
+    """A frame that was sent."""
 
-    frame: object
+    frame: FrameId
     message: object
-    waiting_for: set
-    first_time: float  # of a steady clock [s]
+    waiting_for: set[str]  # consumers that have not said that it is done
+    first_time: float      # of a steady clock [s]
     last_time: float
 
 
 class FramesInFlight:
-    """The frames in flight, oldest first."""
+    """
+    The frames in flight, oldest first.
+
+    answered: whether a frame has ever been done; resent: how many were sent again. All times are
+    of a steady clock [s].
+    """
 
     def __init__(self):
-        self._frames = {}  # by stamp; a dict keeps the order of sending
+        self.answered = False
+        self.resent = 0
+        self._frames: dict[int, Sent] = {}  # by stamp; a dict keeps the order of sending
+        self._silent_since = None  # since when frames are in flight and none of them was done
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self._frames)
 
-    def __contains__(self, stamp):
-        return stamp in self._frames
-
     @property
-    def oldest(self):
+    def oldest(self) -> Sent | None:
         """Return the oldest frame in flight, or None."""
         return next(iter(self._frames.values()), None)
 
-    def send(self, frame, message, consumers, now):
+    def send(self, frame: FrameId, message: object, consumers: Iterable[str],
+             now: float) -> None:
         """
-        Note that a frame was sent at `now` [s] and is done when all `consumers` say so.
+        Note that a frame was sent at `now` and is done when all `consumers` say so.
 
-        A frame that nobody is waited for is done at once.
+        A frame without consumers is done at once.
         """
-        if consumers:
-            self._frames[frame.stamp] = Sent(frame, message, set(consumers), now, now)
+        consumers = set(consumers)
+        if not consumers:
+            return
+        self._frames[frame.stamp] = Sent(frame, message, consumers, now, now)
+        if self._silent_since is None:
+            self._silent_since = now
 
-    def done(self, stamp, consumer):
+    def done(self, stamp: int, consumer: str, now: float) -> bool:
         """Note that `consumer` has served the frame; return whether that made it done."""
         sent = self._frames.get(stamp)
-        if sent is None:
-            return False
-        sent.waiting_for.discard(consumer)
-        if sent.waiting_for:
-            return False
-        del self._frames[stamp]
-        return True
+        if sent is not None:
+            sent.waiting_for.discard(consumer)
+            if sent.waiting_for:
+                return False
+            del self._frames[stamp]
+            self.answered = True
+        # Somebody is there, also if the frame was given up meanwhile.
+        self._silent_since = now if self._frames else None
+        return sent is not None
 
-    def wait_for(self, consumers):
+    def wait_for(self, consumers: Iterable[str]) -> None:
         """
         Let the frames in flight be done when all `consumers` say so, from now on.
 
         Who has said so already is asked again with the frame's next copy.
         """
+        consumers = set(consumers)
         for sent in self._frames.values():
             sent.waiting_for = set(consumers)
         if not consumers:
             self.clear()
 
-    def overdue(self, now, after):
-        """Return the oldest frame if it last left more than `after` s before `now`, or None."""
+    def overdue(self, now: float, after: float) -> Sent | None:
+        """Return the oldest frame if it last left more than `after` [s] ago, or None."""
         sent = self.oldest
         return sent if sent is not None and now - sent.last_time > after else None
 
-    def give_up(self):
+    def resend(self, now: float, after: float) -> Sent | None:
+        """
+        Return the oldest frame if it is to be sent again now, or None; it then counts as sent.
+
+        That is when it last left more than `after` [s] ago, or FIRST_RESEND if that is less and
+        nobody has ever answered.
+        """
+        sent = self.overdue(now, after if self.answered else min(FIRST_RESEND, after))
+        if sent is not None:
+            sent.last_time = now
+            self.resent += 1
+        return sent
+
+    def late(self, now: float, after: float) -> list[str]:
+        """
+        Return who lets the oldest frame wait, if no frame was done for more than `after` [s].
+
+        Frames that left while another one was waited for are not late for that.
+        """
+        if self.oldest is None or now - self._silent_since <= after:
+            return []
+        return sorted(self.oldest.waiting_for)
+
+    def give_up(self) -> None:
         """Forget the oldest frame."""
         del self._frames[self.oldest.frame.stamp]
 
-    def clear(self):
+    def make_room(self, window: int) -> int:
+        """
+        Give up the oldest frames until fewer than `window` are in flight; return their number.
+
+        Frames that are given up while nobody has ever answered are not counted.
+        """
+        surplus = max(len(self) - window + 1, 0)
+        for _ in range(surplus):
+            self.give_up()
+        return surplus if self.answered else 0
+
+    def clear(self) -> None:
         """Forget every frame."""
         self._frames.clear()
+        self._silent_since = None

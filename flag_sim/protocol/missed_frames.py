@@ -12,73 +12,67 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What a wind tells people of its frames: how many were missed and why, and of another wind."""
+"""Frames that a wind has missed in real time, and why."""
 from collections import Counter
-import time
+from collections.abc import Collection
 
-ANOTHER = ('another node publishes parameters in this graph too: physics and renderer begin anew '
-           'with every change of wind')
+BUSY = 0.5
+"""A sender that computed for less than this part of a delay was not what caused it."""
 
 
 class MissedFrames:
     """
-    Counts a wind's frames, and tells of those that were missed.
+    Counts the frames of a wind, and reports those that were missed.
 
-    node: the wind, which has the parameter wait_for; delivery: its Delivery. frames: a Counter of those
-    that were `sent`, that were `skipped`, when time went by without them, and that were left
-    `undone`, when others were too slow.
+    frames: a Counter of those that were `sent`, and of those that were missed because the wind
+    itself was `slow`, because the machine was `busy` with other processes, or because the frames
+    before were left `undone`.
     """
 
-    def __init__(self, node, delivery):
-        self._node = node
-        self._delivery = delivery
+    CAUSES = ('undone', 'slow', 'busy')
+
+    def __init__(self):
         self.frames = Counter()
         self._reported, self._shown = Counter(), Counter()
 
     @property
-    def missed(self):
+    def missed(self) -> int:
         """Return how many frames were missed."""
-        return _missed(self.frames)
+        return self._missed(self.frames)
 
-    def report(self, rate):
-        """Warn of frames of `rate` [Hz] missed since the last time, and of another wind."""
-        self.report_missed(rate)
-        if self._has_rival():
-            self._node.get_logger().warning(ANOTHER)
+    def skip(self, count: int, seconds: float, computed: float) -> None:
+        """
+        Note that `count` frames were due in the last `seconds` [s] and not sent.
 
-    def report_missed(self, rate):
-        """Warn of frames of `rate` [Hz] that were missed since the last time."""
+        computed: how much of this time the wind's process had a processor [s].
+        """
+        self.frames['slow' if computed >= BUSY * seconds else 'busy'] += count
+
+    def report(self, rate: float, late: str, consumers: Collection[str]) -> str:
+        """
+        Return a warning of the frames that were missed since the last one, '' if there are none.
+
+        rate: of the frames [Hz]; late: who lets the wind wait now, in words, or ''; consumers: the
+        names of all that the wind waits for.
+        """
         new, self._reported = self.frames - self._reported, self.frames.copy()
-        if not _missed(new):
-            return
-        late = self._delivery.late(time.monotonic())
-        causes = [f'{new["undone"]} not done in time by ' + (
-            late or ', '.join(self._node.values['wait_for']))] * bool(new['undone'])
-        causes += [f'{new["skipped"]} not sent, the wind itself was too slow'] * bool(
-            new['skipped'])
+        missed = self._missed(new)
+        if not missed:
+            return ''
+        causes = {'undone': f'not done in time by {late or ", ".join(consumers)}',
+                  'slow': 'not sent, the wind itself was too slow',
+                  'busy': 'not sent, the machine was busy with other processes'}
+        reasons = [f'{new[cause]} {words}' for cause, words in causes.items() if new[cause]]
         way_out = '; a lower rate misses fewer, pace lockstep none'
         if late:
             way_out = '' if new['undone'] else f'; still waiting for {late}'
-        self._node.get_logger().warning(
-            f'{_missed(new)} of the last {new["sent"] + new["skipped"]} frames were missed at '
-            f'{rate:g} Hz: {", ".join(causes)}{way_out}')
+        return (f'{missed} of the last {new["sent"] + missed - new["undone"]} frames were missed '
+                f'at {rate:g} Hz: {", ".join(reasons)}{way_out}')
 
-    def status(self):
-        """Return what is wrong since the last time, in words, and the figures for `state`."""
+    def lately(self) -> int:
+        """Return how many frames were missed since this was asked last."""
         new, self._shown = self.frames - self._shown, self.frames.copy()
-        late = self._delivery.late(time.monotonic())
-        alarms = [f'waiting for {late}'] if late else []
-        if _missed(new):
-            alarms.append(f'{_missed(new)} frames missed')
-        if self._has_rival():
-            alarms.append(ANOTHER)
-        return alarms, {
-            'frames sent': self.frames['sent'], 'frames sent again': self._delivery.resent,
-            'frames missed': self.missed, 'waiting for': late or 'nobody'}
+        return self._missed(new)
 
-    def _has_rival(self):
-        return self._node.count_publishers('parameters') > 1
-
-
-def _missed(frames):
-    return frames['skipped'] + frames['undone']
+    def _missed(self, frames):
+        return sum(frames[cause] for cause in self.CAUSES)

@@ -13,12 +13,17 @@
 # limitations under the License.
 
 """Where a node's time goes: waiting for frames, working on them, publishing them."""
+from collections.abc import Iterator
 import contextlib
 import time
 
 
 class Stopwatch:
-    """Adds up the seconds spent in named shares between the first and the last frame."""
+    """
+    Adds up the seconds spent on work and on publishing between the first and the last frame.
+
+    frames: how many were served; whoever serves one counts it.
+    """
 
     def __init__(self):
         self._first = self._last = None
@@ -27,26 +32,26 @@ class Stopwatch:
         self._lap = 0, 0.0  # frames and seconds of work at the last lap
 
     @contextlib.contextmanager
-    def share(self, name):
-        """Add the time of the block to share `name`: work or publish."""
+    def measure(self, activity: str) -> Iterator[None]:
+        """Add the time of the `with` block to an activity: work or publish."""
         begin = time.perf_counter()
         if self._first is None:
             self._first = begin
         yield
         self._last = time.perf_counter()
-        self._spent[name] += self._last - begin
+        self._spent[activity] += self._last - begin
 
-    def lap(self):
+    def lap(self) -> float | None:
         """Return the mean work on a frame [s] since the last lap, or None without a frame."""
         frames, work = self.frames - self._lap[0], self._spent['work'] - self._lap[1]
         self._lap = self.frames, self._spent['work']
         return work / frames if frames else None
 
-    def figures(self):
+    def figures(self) -> dict[str, float]:
         """
-        Return {name: number}: frames and, where time was spent on them, seconds and its shares.
+        Return {name: number}: frames, seconds, and what part of these went where [%].
 
-        The shares are in percent; what is neither work nor publishing is waiting.
+        What is neither work nor publishing is waiting. Without a frame there is only their number.
         """
         total = self._last - self._first if self.frames else 0.0
         if not total:
@@ -55,7 +60,7 @@ class Stopwatch:
         return {'frames': self.frames, 'seconds': total, 'wait': 100.0 - work - publish,
                 'work': work, 'publish': publish}
 
-    def summary(self):
+    def summary(self) -> str:
         """Return the figures in words."""
         frames, *others = self.figures().values()
         return f'served {frames} frames' + (

@@ -18,7 +18,7 @@ from collections.abc import Iterable, Mapping
 from flag_sim.animation import keys
 from flag_sim.animation.autokey import with_key
 from flag_sim.animation.timeline import Timeline
-from flag_sim.declarations.targets import TARGETS
+from flag_sim.declarations.keyable import TARGETS
 from flag_sim.parameters.declaration import Declaration
 from flag_sim.parameters.params_file import check_path, save_parameters
 from flag_sim.ros.companions import Companions
@@ -151,12 +151,12 @@ class AnimationNode(ParameterNode):
             changes = with_key(self.values, track, self.now(), value, old,
                                reach=0.5 / self.values['rate'], targets=TARGETS)
         except ValueError as error:
-            self.get_logger().warning(f'no key is made: {error}')
+            self.get_logger().warning(f'no key was made: {error}')
             return False
         if not changes:
             return False
         result = self.set_parameters_atomically(
             [to_parameter(name, new) for name, new in changes.items()])
         if not result.successful:
-            self.get_logger().warning(f'no key is made: {result.reason}')
+            self.get_logger().warning(f'no key was made: {result.reason}')
         return result.successful

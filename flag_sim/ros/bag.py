@@ -13,7 +13,9 @@
 # limitations under the License.
 
 """Bags, written and read by the rosbags library; the real rosbag2 reads and plays them too."""
+from collections.abc import Iterable, Iterator
 import contextlib
+from pathlib import Path
 import sqlite3
 
 from flag_sim.parameters import checks
@@ -33,7 +35,7 @@ NOTHING_KEPT = 'sqlite3 keeps nothing of a bag that is not finished'
 NO_ROSBAGS = "bags need rosbags: pip install 'flag_sim[record]'"
 
 
-def expanded(path):
+def expanded(path: str) -> Path:
     """Return a bag's path with the home that `~` stands for; raise BadParameter without one."""
     try:
         return checks.path('path', path)
@@ -41,7 +43,7 @@ def expanded(path):
         raise BadParameter(str(error)) from None
 
 
-def type_name(message_type):
+def type_name(message_type: type) -> str:
     """Return how bags name a ROS message class."""
     package = message_type.__module__.split('.')[0]
     return f'{package}/msg/{message_type.__name__}'
@@ -56,7 +58,7 @@ class Bag:
     chunk in mcap and nothing in sqlite3. Raises BadParameter where it cannot be opened.
     """
 
-    def __init__(self, path, storage, compression):
+    def __init__(self, path: str, storage: str, compression: str):
         if Writer is None:
             raise BadParameter(NO_ROSBAGS)
         if compression != 'none' and storage != 'mcap':
@@ -75,12 +77,12 @@ class Bag:
         except (WriterError, OSError, sqlite3.Error) as error:
             raise BadParameter(f'path {self.path}: {error}') from None
 
-    def add_topic(self, topic, message_type):
+    def add_topic(self, topic: str, message_type: type) -> None:
         """Add a topic by its full name; `message_type` is a ROS message class."""
         self._connections[topic] = self._writer.add_connection(
             topic, type_name(message_type), typestore=self._types)
 
-    def write(self, topic, time, data):
+    def write(self, topic: str, time: int, data: bytes) -> None:
         """Write a serialised message at `time` [ns]; raises OSError where the disk is full."""
         try:
             self._writer.write(self._connections[topic], time, data)
@@ -88,7 +90,7 @@ class Bag:
             self._abort()
             raise OSError(f'{error}; {NOTHING_KEPT}') from None
 
-    def close(self):
+    def close(self) -> None:
         """
         Finish the file and its metadata.
 
@@ -108,7 +110,7 @@ class Bag:
                 if self._storage == 'mcap' else NOTHING_KEPT)) from None
 
     @property
-    def size(self):
+    def size(self) -> int:
         """Return how much of the disk the bag takes [bytes]."""
         return sum(file.stat().st_size for file in self.path.iterdir())
 
@@ -126,7 +128,7 @@ class RecordedTopics:
     before it makes no difference. Raises BadParameter where there is no bag that can be read.
     """
 
-    def __init__(self, path):
+    def __init__(self, path: str):
         if Writer is None:
             raise BadParameter(NO_ROSBAGS)
         if not path:
@@ -136,7 +138,7 @@ class RecordedTopics:
             raise BadParameter(f'path: there is no bag {str(path)!r}')
         if path.is_dir() and not (path / 'metadata.yaml').exists():
             raise BadParameter(
-                f'path: {str(path)!r} is no finished bag, it has no metadata.yaml. If its '
+                f'path: {str(path)!r} is not a finished bag: it has no metadata.yaml. If its '
                 f"recorder was killed, 'ros2 bag reindex {path}' helps: mcap has kept all but its "
                 'last chunk, sqlite3 nothing')
         self._path = path
@@ -144,11 +146,11 @@ class RecordedTopics:
             self._reader = AnyReader([path])
             self._reader.open()
             types = {topic: info.msgtype for topic, info in sorted(self._reader.topics.items())}
-        self.names = {topic: name for topic, kind in types.items() for name in TOPICS
+        self.names = {topic: name for topic, type_ in types.items() for name in TOPICS
                       if topic.endswith('/' + name.lstrip('/'))
-                      and kind == type_name(TOPICS[name].message)}
+                      and type_ == type_name(TOPICS[name].message)}
 
-    def find(self, name):
+    def find(self, name: str) -> str:
         """
         Return the topic in the bag that is meant by its name there or in `topics.TOPICS`.
 
@@ -166,7 +168,7 @@ class RecordedTopics:
                                f"topics:='[{found[0]}]'")
         return found[0]
 
-    def messages(self, names):
+    def messages(self, names: Iterable[str]) -> Iterator[tuple[str, int, bytes]]:
         """
         Yield (name in `topics.TOPICS`, time in the bag [ns], serialised message), in its order.
 
@@ -193,6 +195,6 @@ class RecordedTopics:
             reason = f'{type(error).__name__}: {error}'
             raise BadParameter(f'path {self._path}: cannot be read, {reason}') from None
 
-    def close(self):
+    def close(self) -> None:
         """Close the bag."""
         self._reader.close()

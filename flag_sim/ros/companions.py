@@ -13,18 +13,23 @@
 # limitations under the License.
 
 """Companions: the nodes that play a wind's frames, and what their parameters are set to."""
+from collections.abc import Callable, Mapping
 import contextlib
 
 from flag_sim.declarations.nodes import defaults, named, NODES
 from flag_sim.ros.topics import subscribers
+from flag_sim.ros.parameter_node import ParameterNode
 from rcl_interfaces.msg import ParameterEvent
 from rcl_interfaces.srv import GetParameters
 from rclpy.parameter import parameter_value_to_python
 from rclpy.qos import qos_profile_parameter_events
 
-LOOK_AGAIN = 0.5  # between looks at who is there [s]
-ASK_AGAIN = 4     # looks after which a node that has not answered is asked once more
-KINDS = ('physics', 'renderer')
+LOOK_AGAIN = 0.5
+"""Between looks at who is there [s]."""
+ASK_AGAIN = 4
+"""Looks after which a node that has not answered is asked once more."""
+COMPANIONS = ('physics', 'renderer')
+"""Names of the nodes that are companions, in any namespace."""
 
 
 class Companions:
@@ -39,7 +44,8 @@ class Companions:
     [(kind, name, value, old)]; old is the parameter's default where it is not known.
     """
 
-    def __init__(self, node, on_answer, on_change):
+    def __init__(self, node: ParameterNode, on_answer: Callable[[str], None],
+                 on_change: Callable[[list], None]):
         self._node = node
         self._on_answer = on_answer
         self._on_change = on_change
@@ -55,10 +61,10 @@ class Companions:
         node.create_timer(LOOK_AGAIN, self._look)
 
     def _look(self):
-        """Find the nodes that are there, and ask those that have not told their values."""
+        """Find the nodes that are there, and ask those that have not sent their values."""
         self._looks += 1
         for name, endpoint in subscribers(self._node, 'parameters').items():
-            if _kind(name) in KINDS and self._found.get(name) != endpoint:
+            if _base_name(name) in COMPANIONS and self._found.get(name) != endpoint:
                 if name in self._found:
                     self._known[name] = {}
                 self._found[name] = endpoint
@@ -74,7 +80,7 @@ class Companions:
         if not self._clients[node].service_is_ready():
             return
         self._asked[node] = self._looks
-        declarations = NODES[_kind(node)]
+        declarations = NODES[_base_name(node)]
         future = self._clients[node].call_async(
             GetParameters.Request(names=[declaration.name for declaration in declarations]))
         future.add_done_callback(lambda done: self._learn(node, declarations, done.result()))
@@ -89,8 +95,8 @@ class Companions:
         self._on_answer(node)
 
     def _on_event(self, event):
-        kind = 'wind' if event.node == self._own_name else _kind(event.node)
-        is_near = kind in KINDS and _room(event.node) == _room(self._own_name)
+        kind = 'wind' if event.node == self._own_name else _base_name(event.node)
+        is_near = kind in COMPANIONS and _namespace(event.node) == _namespace(self._own_name)
         if not (event.node in self._known or is_near):
             return
         known = self._known.setdefault(event.node, {})
@@ -109,37 +115,37 @@ class Companions:
         if changes:
             self._on_change(changes)
 
-    def settings(self, keyed):
+    def settings(self, keyed: Mapping) -> tuple[dict[str, dict], list[str]]:
         """
-        Return {node: {name: value}} of what is not at its default, and what is lacking in words.
+        Return {node: {name: value}} of what is not at its default, and what is lacking, in words.
 
         keyed: {track: value} at the shot's first frame: a parameter that is keyed has that value.
         """
         settings = {}
         for node in sorted(self._answered):
-            kind, settings[node] = _kind(node), {}
+            kind, settings[node] = _base_name(node), {}
             for name, default in defaults(kind).items():
                 value = keyed.get(f'{kind}.{name}', self._known[node].get(name))
                 if value not in (None, default):
                     settings[node][name] = value
         lacking = [f'{node} did not answer' for node in sorted(self._found.keys()
                                                                - self._answered)]
-        lacking += [f'no {kind} was found' for kind in KINDS
-                    if kind not in map(_kind, self._found)]
+        lacking += [f'no {kind} was found' for kind in COMPANIONS
+                    if kind not in map(_base_name, self._found)]
         return settings, lacking
 
 
 def _keep(known, declaration, value):
-    """Note a value unless it is none that the parameter could have: names can be anybody's."""
+    """Note a value that the parameter could have; anybody's node can have such a name."""
     with contextlib.suppress(ValueError):
         known[declaration.name] = declaration.accept(value)
 
 
-def _kind(node):
-    """Return the kind of a node by its full name: nodes are named as executables."""
+def _base_name(node):
+    """Return the name of a node without its namespace; nodes are named as executables."""
     return node.rpartition('/')[2]
 
 
-def _room(node):
+def _namespace(node):
     """Return the namespace of a node by its full name."""
     return node.rpartition('/')[0]

@@ -12,21 +12,23 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What users are told while kernels are compiled or loaded."""
+"""What is logged while kernels are compiled or loaded."""
+from collections.abc import Iterator
 import contextlib
 import threading
 import time
 
 from flag_sim.jit.cache import compilations
+from rclpy.node import Node
 
 
 @contextlib.contextmanager
-def compiling(node, what, seconds=1.0):
+def compiling(node: Node, what: str, seconds: float = 1.0) -> Iterator[None]:
     """
-    Tell the user what is compiled in the `with` block, if it takes long, and when it is ready.
+    Log what is compiled in the `with` block, if it takes `seconds` [s], and when it is ready.
 
     Kernels take many seconds the first time, and later, when they are only loaded, none unless
-    the machine is busy: the user is told which. The node does nothing else meanwhile.
+    the machine is busy: the log says which. The node does nothing else meanwhile.
     """
     begin, before = time.monotonic(), compilations()
     over = threading.Event()
@@ -34,22 +36,22 @@ def compiling(node, what, seconds=1.0):
     def is_compiled():
         return compilations() > before
 
-    def tell():
-        said = None
+    def report():
+        reported = None
         while not over.wait(seconds):
-            if is_compiled() != said:
-                said = is_compiled()
+            if is_compiled() != reported:
+                reported = is_compiled()
                 node.get_logger().info(
                     f'compiling {what}: frames wait for it, half a minute at most unless the '
-                    'machine is busy; later starts load what is kept now' if said else
+                    'machine is busy; later starts load the result' if reported else
                     f'loading {what}: frames wait for it')
-    teller = threading.Thread(target=tell, daemon=True)
-    teller.start()
+    reporter = threading.Thread(target=report, daemon=True)
+    reporter.start()
     try:
         yield
     finally:
         over.set()
-        teller.join()
+        reporter.join()
     spent = time.monotonic() - begin
     if spent > seconds:
         node.get_logger().info(

@@ -12,12 +12,17 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The `state` readout: how a node is doing, as diagnostics, while somebody listens."""
+"""Diagnostics on `state`: how a node is doing, while somebody listens."""
+from collections.abc import Callable
+
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from flag_sim.protocol.stopwatch import Stopwatch
 from flag_sim.ros.topics import publish
+from rclpy.node import Node
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
-PERIOD = 1.0  # between messages [s]
+PERIOD = 1.0
+"""Between messages [s]."""
 
 
 class Diagnostics:
@@ -27,7 +32,7 @@ class Diagnostics:
     status(): returns the level, a message, and {name with unit: value} for the node's users.
     """
 
-    def __init__(self, node, status):
+    def __init__(self, node: Node, status: Callable[[], tuple[bytes, str, dict]]):
         self._node = node
         self._status = status
         self._out = publish(node, 'state')
@@ -50,7 +55,7 @@ def _words(value):
     return f'{value:.6g}' if isinstance(value, float) else str(value)
 
 
-def compute_time(stopwatch):
-    """Return the row that tells how long a frame's work takes on average since the last time."""
+def compute_time(stopwatch: Stopwatch) -> dict:
+    """Return how long a frame's work took on average since the last time, as {name: value}."""
     spent = stopwatch.lap()
     return {'compute time per frame [ms]': 'no frame' if spent is None else 1e3 * spent}

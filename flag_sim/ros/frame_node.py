@@ -13,15 +13,17 @@
 # limitations under the License.
 
 """What physics and renderer have in common: a frame arrives, they work, they publish."""
+from collections.abc import Hashable, Iterable, Mapping
 import os
-import time
 
-from flag_sim.protocol.frames import Arrival, FrameOrder
-from flag_sim.ros import messages
+from flag_sim.parameters.declaration import Declaration
+from flag_sim.protocol.frames import Arrival, FrameId, FrameOrder
+from flag_sim.ros import frame_message
 from flag_sim.ros.diagnostics import compute_time, Diagnostics, ERROR, OK
+from flag_sim.ros.node_log import NodeLog
 from flag_sim.ros.parameter_node import ParameterNode
-from flag_sim.ros.throttled_log import Refusals
 from flag_sim.ros.topics import subscribe
+import numpy as np
 
 
 class FrameNode(ParameterNode):
@@ -29,15 +31,15 @@ class FrameNode(ParameterNode):
     Serves frames in their order, and a frame that comes again with the answer that it kept.
 
     Derived nodes define `work`, which makes a frame's answer, and `answer`, which publishes it;
-    `status` tells people how they are doing.
+    `status` says how they are doing.
     """
 
-    def __init__(self, name, declarations):
+    def __init__(self, name: str, declarations: Iterable[Declaration]):
         super().__init__(name, declarations)
         self._order = FrameOrder()
-        self._inputs = {}   # (wind, values) by frame, of frames that may yet be served
+        self._inputs = {}   # (wind, keyed values) by frame, of frames that may yet be served
         self._answers = {}  # (index, answer) by stamp, of frames that may be asked for again
-        self._refusals = Refusals()
+        self._log = NodeLog(self)
         self._good = None   # values that the take's last frame was served with
         self._clash = ''    # why keyed values of the last frame could not be used
         # The network cannot deliver before it is spun, and it is spun only once all is ready.
@@ -49,26 +51,26 @@ class FrameNode(ParameterNode):
                 f'threads = {self.values["threads"]} is more than this process has processors, '
                 f'{processors}: frames take longer than with {processors}')
 
-    def check_wind(self, wind):
+    def check_wind(self, wind: np.ndarray) -> None:
         """Raise ValueError for a wind (3,) [m/s] that the node cannot work with."""
 
-    def restart(self, frame):
+    def restart(self, frame: FrameId) -> None:
         """Forget the take or round that was played; another one begins with `frame`."""
 
-    def is_ready(self, frame):
+    def is_ready(self, frame: FrameId) -> bool:
         """Return whether everything that the frame needs has arrived."""
         del frame
         return True
 
-    def work(self, frame, wind, values):
-        """Return the frame's answer, given the wind [m/s] and this frame's values of the declarations."""
+    def work(self, frame: FrameId, wind: np.ndarray, values: Mapping) -> object:
+        """Return the frame's answer, given the wind (3,) [m/s] and its values {name: value}."""
         raise NotImplementedError
 
-    def answer(self, stamp, answer):
-        """Publish a frame's answer, for the first time or again."""
+    def answer(self, stamp: int, answer: object) -> None:
+        """Publish the answer to the frame at `stamp` [ns], for the first time or again."""
         raise NotImplementedError
 
-    def status(self):
+    def status(self) -> tuple[bytes, str, dict]:
         """Return (level, message, {name with unit: value}) of the node, for its `state`."""
         return OK, 'serving frames' if self._stopwatch.frames else 'waiting for frames', {}
 
@@ -81,15 +83,15 @@ class FrameNode(ParameterNode):
 
     def _on_parameters(self, message, info):
         try:
-            frame, wind, keyed = messages.read_parameters(message)
+            frame, wind, keyed = frame_message.read_parameters(message)
             self.check_wind(wind)
-            values = self._values_of_frame(keyed)
+            values = self._own_values(keyed)
         except ValueError as error:
             self.refuse('parameters', error)
             return
         self.take_frame(frame, wind, values, bytes(info['publisher_gid']['data']))
 
-    def _values_of_frame(self, keyed):
+    def _own_values(self, keyed):
         """Return the keyed values that are this node's own, checked against its declarations."""
         prefix = f'{self.get_name()}.'
         own = {name.removeprefix(prefix): value for name, value in keyed.items()
@@ -101,7 +103,7 @@ class FrameNode(ParameterNode):
         Return the values that a frame is served with: the node's own and, before them, the keyed.
 
         Keyed values that are right one by one but cannot stand together, which the wind cannot
-        know, are told of, and the frame gets the values of the one before: refused, it would be
+        know, are reported, and the frame gets the values of the one before: refused, it would be
         sent again for ever in lockstep.
         """
         values = {**self.values, **keyed}
@@ -110,15 +112,21 @@ class FrameNode(ParameterNode):
             try:
                 self.check(values)
             except ValueError as error:
-                self._clash = f'keyed values are not used, the frame keeps those before: {error}'
-                if self._refusals.is_worth_saying(self._clash, time.monotonic()):
-                    self.get_logger().error(self._clash)
+                self._clash = ('keyed values are refused, the frame keeps those of the one '
+                               f'before: {error}')
+                self._log.error(self._clash)
                 values = self._good or dict(self.values)
         self._good = values
         return values
 
-    def take_frame(self, frame, wind, keyed, sender):
-        """Put a frame where its turn will find it, and serve whatever can be served."""
+    def take_frame(self, frame: FrameId, wind: np.ndarray | None, keyed: Mapping,
+                   sender: Hashable) -> None:
+        """
+        Put a frame where its turn will find it, and serve whatever can be served.
+
+        wind: (3,) [m/s]; keyed: {name: value} of the node's own parameters at this frame; sender:
+        whatever tells one publisher from another.
+        """
         arrival = self._order.arrive(frame, sender)
         if arrival is Arrival.AGAIN:
             self.answer_again(frame.stamp)
@@ -135,30 +143,28 @@ class FrameNode(ParameterNode):
                          if kept[0] >= frame.oldest}
         self.serve()
 
-    def serve(self):
+    def serve(self) -> None:
         """Serve the frames whose turn it is."""
         while (frame := self._order.next_frame(self.is_ready)) is not None:
             wind, keyed = self._inputs.pop(frame)
             # What a user sets meanwhile counts from this frame on; keys count before it.
-            with self._stopwatch.share('work'):
+            with self._stopwatch.measure('work'):
                 answer = self.work(frame, wind, self._merge(keyed))
             self._answers[frame.stamp] = frame.index, answer
             self._stopwatch.frames += 1
             self.answer(frame.stamp, answer)
 
-    def answer_again(self, stamp):
+    def answer_again(self, stamp: int) -> bool:
         """Publish the answer to a frame that was served; return whether it is still kept."""
         kept = self._answers.get(stamp)
         if kept is not None:
             self.answer(stamp, kept[1])
         return kept is not None
 
-    def refuse(self, topic, error):
+    def refuse(self, topic: str, error: ValueError) -> None:
         """Warn of a message that cannot be used."""
-        reason = f'a message on {topic} is refused: {error}'
-        if self._refusals.is_worth_saying(reason, time.monotonic()):
-            self.get_logger().warning(reason)
+        self._log.warn(f'a message on {topic} is refused: {error}')
 
-    def close(self):
-        """Say where the time went."""
+    def close(self) -> None:
+        """Log where the time went."""
         self.get_logger().info(self._stopwatch.summary())

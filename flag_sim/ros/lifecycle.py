@@ -12,25 +12,28 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The life of a node, from its start to its end, the same for all of them."""
+"""The lifecycle of a node, from its start to its end, the same for all of them."""
+from collections.abc import Sequence
 import contextlib
 import ctypes
 import os
+from pathlib import Path
 import signal
 import socket
 import sys
 import threading
 
-from flag_sim.ros.config import config_path
-from flag_sim.ros.given_files import tell_of_strangers
-from flag_sim.ros.notices import Teller
-from flag_sim.ros.parameter_node import BadParameter
-from flag_sim.ros.usage import asks_for_help, usage
+from flag_sim.declarations.usage import asks_for_help, usage
+from flag_sim.parameters.config import config_path
+from flag_sim.parameters.file_targets import given_files, is_meant, keys_of
+from flag_sim.protocol.notify import NotifySender
+from flag_sim.ros.parameter_node import BadParameter, ParameterNode
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from rclpy.utilities import remove_ros_args
+import yaml
 
 
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # of glibc's malloc.h
@@ -43,13 +46,13 @@ OWN_TRANSPORTS = (
     'FASTDDS_BUILTIN_TRANSPORTS', 'FASTDDS_ENVIRONMENT_FILE', 'ROS2_EASY_MODE')
 OWN_PROFILES = 'DEFAULT_FASTDDS_PROFILES.xml', 'DEFAULT_FASTRTPS_PROFILES.xml'
 
-TELL_EVERY = 0.5  # whoever started the node how many frames it has served [s]
+NOTIFY_EVERY = 0.5  # whoever started the node how many frames it has served [s]
 
 # Held for as long as the process lives: a socket that nobody holds is closed.
 _signal_sockets = socket.socketpair()
 
 
-def keep_memory():
+def keep_memory() -> None:
     """
     Let malloc keep the memory that a frame leaves; the next frame asks for as much again.
 
@@ -63,7 +66,7 @@ def keep_memory():
         mallopt(M_TRIM_THRESHOLD, 2 * LARGEST_KEPT)
 
 
-def bring_profile():
+def set_dds_profile() -> None:
     """
     Give Fast DDS the package's profile, unless the user has chosen how messages travel.
 
@@ -78,14 +81,15 @@ def bring_profile():
         os.environ['FASTDDS_DEFAULT_PROFILES_FILE'] = str(config_path('fastdds.xml'))
 
 
-def run(node_class, args=None):
+def run(node_class: type[ParameterNode], args: Sequence[str] | None = None) -> int:
     """
     Run a node until it ends or is told to; return the exit status.
 
     The node has `ended`, a future that gets its exit status once it has ended by itself, and
     `close`, called however the node ends; where it returns True, something could not be finished,
-    and the status is 1. SIGINT and SIGTERM else end it with status 0. Whoever started it is told,
-    if it asks (see notices), when the node is ready for frames, its figures, and that it ends.
+    and the status is 1. SIGINT and SIGTERM else end it with status 0. Whoever started it learns,
+    if it asks (see protocol.notify), when the node is ready for frames, its figures, and that it
+    ends.
     """
     arguments = sys.argv if args is None else args
     if asks_for_help(arguments[1:]):
@@ -95,7 +99,7 @@ def run(node_class, args=None):
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     keep_memory()
-    bring_profile()
+    set_dds_profile()
     stop = _future_of_signals()
     try:
         # rclpy's own handlers would shut it down at once, before the node could close.
@@ -108,18 +112,18 @@ def run(node_class, args=None):
         with context:
             _refuse_others(arguments)
             node = node_class()
-            tell_of_strangers(node, arguments)
+            _report_unused_files(node, arguments)
             node.tell_of_ignored()
-            teller = Teller()
+            notify = NotifySender()
             node.ended.add_done_callback(lambda ended: _set_once(stop, ended.result()))
             try:
                 executor = SingleThreadedExecutor()
                 executor.add_node(node)
-                _tell_figures(node, teller)
-                teller.tell(READY=1)
+                _notify_figures(node, notify)
+                notify.send(READY=1)
                 executor.spin_until_future_complete(stop)
             finally:
-                teller.tell(STOPPING=1, **_as_variables(node.figures))
+                notify.send(STOPPING=1, **_as_variables(node.figures))
                 is_unfinished = node.close()
             return 1 if is_unfinished else stop.result()
     except BadParameter as error:
@@ -131,18 +135,36 @@ def _as_variables(figures):
     return {f'X_FLAG_SIM_{name.upper()}': number for name, number in figures.items()}
 
 
-def _tell_figures(node, teller):
-    """Tell whoever started the node, while it runs, how many frames it has served."""
-    if not teller.is_wanted:
+def _notify_figures(node, notify):
+    """Send whoever started the node, while it runs, how many frames it has served."""
+    if not notify.is_connected:
         return
-    told = {}
+    sent = {}
 
-    def tell():
+    def send():
         figures = node.figures
-        if figures != told and teller.tell_news(STATUS=f'{figures["frames"]} frames',
-                                                **_as_variables(figures)):
-            told.update(figures)
-    node.create_timer(TELL_EVERY, tell)
+        if figures != sent and notify.send_progress(STATUS=f'{figures["frames"]} frames',
+                                                    **_as_variables(figures)):
+            sent.update(figures)
+    node.create_timer(NOTIFY_EVERY, send)
+
+
+def _report_unused_files(node, arguments):
+    """Log which of the params files in `arguments` have nothing for the node."""
+    name = node.get_fully_qualified_name()
+    for path in given_files(arguments):
+        keys = keys_of(yaml.safe_load(Path(path).read_text()))
+        if any(is_meant(key, name) for key in keys):
+            continue
+        text = (f'nothing in {path} is meant for {name}; it has parameters for '
+                f'{", ".join(keys) or "nobody"}')
+        namesakes = [key for key in keys if key.rpartition('/')[2] == node.get_name()]
+        if namesakes:  # it was meant, but in another namespace
+            node.get_logger().warning(
+                f'{text}: all of it is ignored. /**/{node.get_name()} instead of {namesakes[0]} '
+                'counts in every namespace')
+        else:
+            node.get_logger().info(text)
 
 
 def _refuse_others(arguments):

@@ -12,61 +12,41 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Arrays to messages and back: pure functions, each with the checks that its message needs."""
+"""
+Arrays to messages and back: pure functions, each with the checks that its message needs.
+
+Stamps are in nanoseconds.
+"""
 import array
-import struct
+from typing import TYPE_CHECKING
 
 from builtin_interfaces.msg import Time
-from flag_sim.protocol.frames import FrameId
-from flag_sim.ros.parameter_node import to_parameter
 import numpy as np
-from rcl_interfaces.msg import ParameterEvent, ParameterType
-from rclpy.parameter import parameter_value_to_python
-from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 from std_msgs.msg import Header
+
+if TYPE_CHECKING:  # a wind needs no rasterizer
+    from flag_sim.drawing import Camera
 
 WORLD = 'world'
 OPTICAL = 'camera_optical_frame'
 CLOUD_FIELDS = ('x', 'y', 'z', 'normal_x', 'normal_y', 'normal_z')
 FLOATS = {PointField.FLOAT32: 'f4', PointField.FLOAT64: 'f8'}
-FRAME_NAMES = ('frame.take', 'frame.index', 'frame.oldest')
-# The field of a ParameterValue that holds what it is the value of.
-VALUE_FIELDS = {
-    ParameterType.PARAMETER_BOOL: 'bool_value',
-    ParameterType.PARAMETER_INTEGER: 'integer_value',
-    ParameterType.PARAMETER_DOUBLE: 'double_value',
-    ParameterType.PARAMETER_STRING: 'string_value',
-    ParameterType.PARAMETER_DOUBLE_ARRAY: 'double_array_value',
-}
-
-LATEST = 2**31 * 10**9 - 1  # that a Time holds [ns]
+LATEST = 2**31 * 10**9 - 1
+"""Latest time that a Time holds [ns]."""
 
 
-def to_time(stamp):
+def to_time(stamp: int) -> Time:
     """Return nanoseconds as a Time."""
     return Time(sec=stamp // 10**9, nanosec=stamp % 10**9)
 
 
-def to_stamp(time):
+def to_stamp(time: Time) -> int:
     """Return a Time in nanoseconds."""
     return time.sec * 10**9 + time.nanosec
 
 
-def serialized_stamp(data):
-    """
-    Return the stamp [ns] of a serialised message that begins with a Time or a Header.
-
-    CDR: four bytes that say the byte order, then the seconds and the nanoseconds. Raises
-    ValueError for a message that is too short for them.
-    """
-    if len(data) < 12:
-        raise ValueError(f'its {len(data)} bytes are too few for a stamp')
-    seconds, nanoseconds = struct.unpack_from('<iI' if data[1] & 1 else '>iI', data, 4)
-    return seconds * 10**9 + nanoseconds
-
-
-def header(stamp, frame_id):
+def header(stamp: int, frame_id: str) -> Header:
     """Return a Header at `stamp` [ns]."""
     return Header(stamp=to_time(stamp), frame_id=frame_id)
 
@@ -84,7 +64,7 @@ def _fill(message, values):
     return message
 
 
-def cloud_message(stamp, positions, normals):
+def cloud_message(stamp: int, positions: np.ndarray, normals: np.ndarray) -> PointCloud2:
     """
     Return the flag's grid as an organised, dense PointCloud2 in `world`.
 
@@ -100,7 +80,7 @@ def cloud_message(stamp, positions, normals):
     return _fill(message, points)
 
 
-def read_cloud(message):
+def read_cloud(message: PointCloud2) -> tuple[np.ndarray, np.ndarray | None]:
     """
     Return positions [m] and normals, or None for them: (rows, columns, 3) float64.
 
@@ -148,7 +128,7 @@ def _read_fields(message, fields, names):
     return values
 
 
-def image_message(stamp, rgb):
+def image_message(stamp: int, rgb: np.ndarray) -> Image:
     """Return an rgb8 Image of a (height, width, 3) uint8 array."""
     height, width = rgb.shape[:2]
     return _fill(Image(header=header(stamp, OPTICAL), height=height, width=width,
@@ -156,7 +136,7 @@ def image_message(stamp, rgb):
                        check_fields=True), rgb)
 
 
-def depth_message(stamp, depth):
+def depth_message(stamp: int, depth: np.ndarray) -> Image:
     """Return a 32FC1 Image of a (height, width) float32 array [m]."""
     height, width = depth.shape
     return _fill(Image(header=header(stamp, OPTICAL), height=height, width=width,
@@ -164,9 +144,9 @@ def depth_message(stamp, depth):
                        check_fields=True), depth)
 
 
-def camera_info_message(stamp, camera):
+def camera_info_message(stamp: int, camera: 'Camera') -> CameraInfo:
     """
-    Return the CameraInfo of a drawing.camera.Camera.
+    Return the CameraInfo of a camera.
 
     An orthographic camera is no pinhole: its K is left at zero, which CameraInfo defines as
     uncalibrated, and P holds its scale [pixels / m].
@@ -177,91 +157,3 @@ def camera_info_message(stamp, camera):
         message.k = camera.K.ravel().tolist()
     message.p = camera.P.ravel().tolist()
     return message
-
-
-class FrameMessage:
-    """
-    The ParameterEvent of one frame after another.
-
-    node_name: of the sender. The message is made once and then only filled, as making one takes
-    several times as long; what `fill` returns is good until the next call.
-    """
-
-    def __init__(self, node_name):
-        self._message = ParameterEvent(node=node_name)
-        self._names = ()
-        self._slots = []  # of each parameter, its value's message and the field that holds it
-
-    def fill(self, frame, wind, keyed):
-        """
-        Return the message of a frame.
-
-        wind: (3,) [m/s]; keyed: {'node.parameter': value}, each name always of the same type.
-        """
-        values = {'wind': array.array('d', wind),
-                  **dict(zip(FRAME_NAMES, (frame.take, frame.index, frame.oldest))), **keyed}
-        if self._names != tuple(values):
-            self._make({**values, 'wind': [0.0] * 3})
-        for (slot, field), value in zip(self._slots, values.values()):
-            setattr(slot, field, value)
-        self._message.stamp = to_time(frame.stamp)
-        return self._message
-
-    def _make(self, values):
-        self._names = tuple(values)
-        parameters = [to_parameter(name, value).to_parameter_msg()
-                      for name, value in values.items()]
-        self._slots = [(parameter.value, VALUE_FIELDS[parameter.value.type])
-                       for parameter in parameters]
-        self._message.changed_parameters = parameters
-
-
-def parameters_message(node_name, frame, wind, keyed):
-    """Return the ParameterEvent of a single frame; see FrameMessage."""
-    return FrameMessage(node_name).fill(frame, wind, keyed)
-
-
-def read_parameters(message):
-    """
-    Return (frame, wind, keyed) of a ParameterEvent made by `parameters_message`.
-
-    A message without the frame's place in a take, such as one typed by hand, has take None: it is
-    ordered by its stamp alone. Raises ValueError for one without a finite wind.
-    """
-    try:
-        values = {p.name: parameter_value_to_python(p.value) for p in message.changed_parameters}
-    except RuntimeError as error:  # a type that does not exist
-        raise ValueError(str(error)) from None
-    wind = np.asarray(values.pop('wind', ()), dtype=object)
-    if wind.shape != (3,) or not all(type(w) is float for w in wind):
-        raise ValueError(f'wind must be a list of 3 numbers, not {wind.tolist()}')
-    wind = wind.astype(float)
-    if not np.isfinite(wind).all():
-        raise ValueError(f'wind must be finite, not {wind.tolist()}')
-    stamp = to_stamp(message.stamp)
-    place = [values.pop(name, None) for name in FRAME_NAMES]
-    if any(type(part) is not int for part in place):
-        if place != [None, None, None]:
-            raise ValueError(f'{", ".join(FRAME_NAMES)} must be whole numbers, not {place}')
-        place = [None, stamp, stamp]
-    if not 0 <= place[2] <= place[1]:
-        raise ValueError(f'frame.oldest {place[2]} is not from 0 to frame.index {place[1]}')
-    return FrameId(stamp, *place), wind, values
-
-
-def owed_alone(data):
-    """
-    Return a serialised ParameterEvent of a frame as one that says: no older frame will come.
-
-    As the wind sends a frame again: who waits for an older one goes on with it. Bytes that are no
-    such message are returned as they are.
-    """
-    try:
-        message = deserialize_message(data, ParameterEvent)
-        frame, _, _ = read_parameters(message)
-    except (RuntimeError, ValueError):
-        return data
-    for parameter in message.changed_parameters if frame.take is not None else ():
-        if parameter.name == 'frame.oldest':
-            parameter.value.integer_value = frame.index
-    return serialize_message(message)

@@ -13,6 +13,9 @@
 # limitations under the License.
 
 """Parameters that need one another, set by one request of `set_parameters`: all or none."""
+from collections.abc import Callable
+
+from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.parameter_service import ParameterService
 
@@ -26,15 +29,15 @@ class GroupParameterService(ParameterService):
     that follow it. Here the parts in a request are set at once, and the others as by rclpy.
     """
 
-    def __init__(self, node, is_part):
+    def __init__(self, node: Node, is_part: Callable[[str], bool]):
         self._node = node
         self._is_part = is_part
         super().__init__(node)
 
     def _set_parameters_callback(self, request, response):
         group = [message for message in request.parameters if self._is_part(message.name)]
-        one = self._set(group) if group else None
-        response.results = [one if self._is_part(message.name) else self._set([message])
+        of_group = self._set(group) if group else None
+        response.results = [of_group if self._is_part(message.name) else self._set([message])
                             for message in request.parameters]
         return response
 

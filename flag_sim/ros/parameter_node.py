@@ -15,7 +15,7 @@
 """A ROS node whose parameters are parameters: declared, checked and refused in one place."""
 import difflib
 
-from flag_sim.declarations.nodes import NODES, SCENE
+from flag_sim.declarations.nodes import NODES, scene
 from flag_sim.protocol.stopwatch import Stopwatch
 from flag_sim.ros.qos_overrides import ignored_overrides, PREFIX
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange
@@ -98,7 +98,7 @@ class ParameterNode(Node):
 
     def _warn_of(self, name):
         """Warn of a name that nobody reads; rclpy would ignore it without a word."""
-        if name in {declaration.name for declaration in SCENE}:
+        if name in {declaration.name for declaration in scene()}:
             return  # shared parameters are given to all nodes by '/**'
         for node, declarations in NODES.items():
             if name in {declaration.name for declaration in declarations}:

@@ -15,13 +15,16 @@
 """QoS overrides: parameters that change the quality of service of a node's topics at its start."""
 import difflib
 
+from rclpy.node import Node
+
 PREFIX = 'qos_overrides.'
-# The policies that rclpy offers by default, and what may be set; it ends with a traceback else.
 CHOICES = {
     'history': ('keep_last', 'keep_all', 'system_default'),
     'reliability': ('reliable', 'best_effort', 'system_default', 'best_available'),
 }
-DEEPEST = 2**31 - 1  # history [messages]
+"""What rclpy lets be set of the policies; it ends with a traceback for anything else."""
+DEEPEST = 2**31 - 1
+"""Of a history [messages]."""
 
 
 def _given(node):
@@ -30,7 +33,7 @@ def _given(node):
             if name.startswith(PREFIX)}
 
 
-def check_overrides(node, topic, end):
+def check_overrides(node: Node, topic: str, end: str) -> None:
     """
     Raise ValueError for a value that a policy of an end of a topic cannot have.
 
@@ -47,7 +50,7 @@ def check_overrides(node, topic, end):
                              f'not {value!r}')
 
 
-def ignored_overrides(node):
+def ignored_overrides(node: Node) -> list[str]:
     """Return in words, for each override that no topic of a complete node takes, why."""
     known = [f'{PREFIX}{name}' for name in node.get_parameters_by_prefix(PREFIX[:-1])]
     return [f"parameter '{name}' is ignored: {_cause(name, known)}"

@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """The topics: their names, types and quality of service."""
+from collections.abc import Callable
 from typing import NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -20,8 +21,11 @@ from flag_sim.ros.parameter_node import BadParameter
 from flag_sim.ros.qos_overrides import check_overrides
 from geometry_msgs.msg import Vector3Stamped
 from rcl_interfaces.msg import ParameterEvent
+from rclpy.node import Node
+from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
+from rclpy.subscription import Subscription
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from std_msgs.msg import Empty, Header
@@ -55,8 +59,8 @@ TOPICS = {
     'state': Topic(DiagnosticArray, False, False),
 }
 
-# As many messages as wind's largest window keeps in flight, so that lockstep fills no queue.
 DEPTH = 8
+"""Messages in a queue: as many as wind's largest window has in flight, so lockstep fills none."""
 
 
 def _quality(node, name, end):
@@ -68,25 +72,25 @@ def _quality(node, name, end):
             'qos_overriding_options': QoSOverridingOptions.with_default_policies()}
 
 
-def publish(node, name):
+def publish(node: Node, name: str) -> Publisher:
     """Return a publisher of topic `name` of `TOPICS` for `node`."""
     return node.create_publisher(TOPICS[name].message, name, **_quality(node, name, 'publisher'))
 
 
-def publishers(node, name):
-    """Return the names of the nodes that publish a topic, as `node` knows it: in words, or ''."""
+def publishers(node: Node, name: str) -> str:
+    """Return the names of the nodes that publish a topic, as far as `node` knows, or ''."""
     ends = node.get_publishers_info_by_topic(node.resolve_topic_name(name))
     return ', '.join(sorted({end.node_name for end in ends}))
 
 
-def subscribers(node, name):
-    """Return {fully qualified name: endpoint} of the nodes that subscribe to a topic."""
+def subscribers(node: Node, name: str) -> dict[str, bytes]:
+    """Return {full name: GID of the endpoint} of the nodes that subscribe to a topic."""
     ends = node.get_subscriptions_info_by_topic(node.resolve_topic_name(name))
     return {f'{end.node_namespace.rstrip("/")}/{end.node_name}': bytes(end.endpoint_gid)
             for end in ends}
 
 
-def subscribe(node, name, callback, raw=False):
+def subscribe(node: Node, name: str, callback: Callable, raw: bool = False) -> Subscription:
     """Subscribe `node` to topic `name` of `TOPICS`; raw: the callback gets serialised bytes."""
     return node.create_subscription(TOPICS[name].message, name, callback, raw=raw,
                                     **_quality(node, name, 'subscription'))

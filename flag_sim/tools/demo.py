@@ -12,39 +12,42 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The demo: a shot played through four processes in lockstep, and what was filmed as pictures."""
+"""The demo: a shot played through four processes in lockstep, and pictures of it."""
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 import shutil
 import sys
 import time
 
 from flag_sim.parameters.arguments import given_path
-from flag_sim.ros.config import config_path
+from flag_sim.parameters.config import config_path
 from flag_sim.tools.domains import NoDomain
 from flag_sim.tools.film import images_of, write_animation, write_contact_sheet
 from flag_sim.tools.graph import Graph
 from tqdm import tqdm
 import yaml
 
-# Without a new frame for so long the demo gives up [s]. Kernels compile before the first one: in
-# half a minute, and in one on a machine that is busy.
 STALLED = 60.0
+"""Without a new frame for so long the demo gives up [s]."""
 FIRST_STALLED = 300.0
-LOOK_AGAIN = 0.1  # at the nodes [s]
-LONGEST_LOOK = 1.0  # beyond that this process was stopped, and has not seen the time go by [s]
+"""The same before the first one [s]: kernels compile for half a minute, longer if it is busy."""
+LOOK_AGAIN = 0.1
+"""Between looks at the nodes [s]."""
+LONGEST_LOOK = 1.0
+"""Beyond that this process was stopped, and has not seen the time go by [s]."""
 
 
 class Progress:
-    """Shows how many frames the recorder has safe, and notices when there come no more."""
+    """Shows how many frames are recorded, and notices when no more come."""
 
-    def __init__(self, frames):
+    def __init__(self, frames: int):
         self.bar = tqdm(total=frames, unit='frame', desc='filming')
         self._seen = None    # steady time of the last look [s]
         self._without = 0.0  # time since the last new frame, as far as it was seen [s]
 
-    def look(self, frames, now):
-        """Note at steady time `now` [s] how many frames are safe."""
+    def look(self, frames: int, now: float) -> None:
+        """Note at steady time `now` [s] how many frames are recorded."""
         self._without += 0.0 if self._seen is None else min(now - self._seen, LONGEST_LOOK)
         self._seen = now
         if frames > self.bar.n:
@@ -52,17 +55,17 @@ class Progress:
             self._without = 0.0
 
     @property
-    def is_stalled(self):
+    def is_stalled(self) -> bool:
         """Return whether there is no hope for another frame."""
         return self._without > (STALLED if self.bar.n else FIRST_STALLED)
 
 
-def play(shot, frames, out):
+def play(shot: Path, frames: int, out: Path) -> tuple[bool, dict[str, str]]:
     """
     Play the params file `shot` into the bag out/demo.
 
-    Return whether wind and recorder have ended as they do after a whole shot, and what the
-    recorder told last (see Graph.told).
+    Return whether wind and recorder have ended as they do after a whole shot, and the last
+    variables of the recorder (see Graph.told).
     """
     arguments = ['--params-file', str(shot), '-p']
     with Graph(out / 'log') as graph:
@@ -90,19 +93,19 @@ def play(shot, frames, out):
         return is_whole, told
 
 
-def frames_of(path):
-    """Return the number of frames of a params file, or None where it is not a shot."""
+def frames_of(path: Path) -> int | None:
+    """Return the number of frames of a params file, or None if it is not a shot."""
     wind = yaml.safe_load(path.read_text()).get('/**/wind', {})
     return wind.get('ros__parameters', {}).get('frames')
 
 
-def shots():
+def shots() -> list[str]:
     """Return the names of the shots in config/."""
     return sorted(path.stem for path in config_path('fastdds.xml').parent.glob('*.yaml')
                   if frames_of(path))
 
 
-def film(shot, frames, out):
+def film(shot: Path, frames: int, out: Path) -> int:
     """Play the params file `shot`, make its pictures in `out`; return the exit status."""
     shutil.rmtree(out / 'demo', ignore_errors=True)
     for name in ('demo.gif', 'demo.png'):
@@ -130,7 +133,7 @@ def film(shot, frames, out):
     return 0
 
 
-def main(args=None):
+def main(args: Sequence[str] | None = None) -> int:
     """Film a shot of config/; return the exit status."""
     parser = argparse.ArgumentParser(prog='demo', description=__doc__)
     parser.add_argument('--shot', default='gust',

@@ -18,6 +18,7 @@ ROS domains for graphs that nobody shall look into: each claimed for as long as 
 The ports of a domain begin at 7400 + 250 * domain (DDSI-RTPS 2.5, 9.6.2.3). Used are domains of
 whose ports Linux hands out none by itself (it has 32768 to 60999 for that), the rarest first.
 """
+from collections.abc import Iterator
 import contextlib
 import itertools
 import socket
@@ -34,7 +35,7 @@ class NoDomain(RuntimeError):
 
 
 @contextlib.contextmanager
-def claimed_domain():
+def claimed_domain() -> Iterator[int]:
     """
     Yield a ROS domain that nobody on this host has claimed or is in; raise NoDomain if none is.
 

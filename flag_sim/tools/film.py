@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """From a bag to pictures that anybody can look at: an animation and a contact sheet."""
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -26,7 +27,7 @@ GIF_STEP = 2  # every second frame: viewers show no more than 50 images a second
 GIF_COLORS = 256  # of each image: as many as a GIF can have
 
 
-def images_of(bag, topic=IMAGES):
+def images_of(bag: str | Path, topic: str = IMAGES) -> Iterator[tuple[float, np.ndarray]]:
     """Yield (stamp [s], (height, width, 3) uint8) for every rgb8 image of a bag, in order."""
     with AnyReader([Path(bag)]) as reader:
         connections = [c for c in reader.connections if c.topic == topic]
@@ -42,7 +43,7 @@ def _small(rgb, width):
     return image.resize((width, height), Image.Resampling.LANCZOS)
 
 
-def quantized(image):
+def quantized(image: Image.Image) -> Image.Image:
     """
     Return an RGB image with a palette of its own, of GIF_COLORS.
 
@@ -59,7 +60,7 @@ def quantized(image):
     return chosen
 
 
-def write_animation(frames, path):
+def write_animation(frames: Sequence[tuple[float, np.ndarray]], path: str | Path) -> None:
     """Write a GIF that plays `frames` [(stamp [s], rgb)] at their own speed, again and again."""
     kept = frames[::GIF_STEP]
     images = [quantized(_small(rgb, GIF_WIDTH)) for _, rgb in kept]
@@ -72,7 +73,8 @@ def write_animation(frames, path):
                    optimize=False)
 
 
-def write_contact_sheet(frames, path, width=320):
+def write_contact_sheet(frames: Sequence[tuple[float, np.ndarray]], path: str | Path,
+                        width: int = 320) -> None:
     """Write a PNG of images evenly spread over `frames` [(stamp [s], rgb)], with their times."""
     count = min(SHEET_COLUMNS * SHEET_ROWS, len(frames))
     chosen = [frames[round(i)] for i in np.linspace(0, len(frames) - 1, count)]

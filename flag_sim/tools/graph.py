@@ -21,11 +21,13 @@ import subprocess
 import sys
 import time
 
-from flag_sim.ros.notices import Notices
+from flag_sim.protocol.notify import NotifyReceiver
 from flag_sim.tools.domains import claimed_domain
 
-GRACE = 10.0  # time that a node gets to end [s]
-LOOK_AGAIN = 0.1  # whether a node has ended instead of telling something [s]
+GRACE = 10.0
+"""Time that a node gets to end [s]."""
+LOOK_AGAIN = 0.1
+"""Between looks whether a node has ended instead of becoming ready [s]."""
 
 
 class NotReady(RuntimeError):
@@ -40,37 +42,37 @@ class Graph:
     entering the `with` block. The processes are ended, by their ids, on leaving it.
     """
 
-    def __init__(self, logs, domain=None):
+    def __init__(self, logs: str | Path, domain: int | None = None):
         self.logs = Path(logs)
         self.logs.mkdir(parents=True, exist_ok=True)
         self.domain = domain
         self.processes = {}
-        self._notices = {}
+        self._receivers = {}
         self._cleanup = contextlib.ExitStack()
 
     @property
-    def environment(self):
+    def environment(self) -> dict[str, str]:
         """Return the environment variables of the processes."""
         return {**os.environ, 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
                 'ROS_DOMAIN_ID': str(self.domain)}
 
-    def start(self, node, *arguments, name=None):
+    def start(self, node: str, *arguments: str, name: str | None = None) -> subprocess.Popen:
         """Start a node with `--ros-args` arguments; return its process, which is not ready yet."""
         name = name or node
-        notices = self._notices[name] = Notices()
-        self._cleanup.callback(notices.close)
+        receiver = self._receivers[name] = NotifyReceiver()
+        self._cleanup.callback(receiver.close)
         log = self._cleanup.enter_context(open(self.logs / f'{name}.log', 'w'))
         command = [sys.executable, '-m', f'flag_sim.nodes.{node}', '--ros-args', *arguments]
         self.processes[name] = subprocess.Popen(
             command, stdout=log, stderr=subprocess.STDOUT,
-            env={**self.environment, 'NOTIFY_SOCKET': notices.address})
+            env={**self.environment, 'NOTIFY_SOCKET': receiver.address})
         return self.processes[name]
 
-    def told(self, name):
-        """Return what a node has told of itself, {name: text} as in sd_notify(3); see notices."""
-        return self._notices[name].told()
+    def told(self, name: str) -> dict[str, str]:
+        """Return what a node has told of itself, {name: text} as in sd_notify(3)."""
+        return self._receivers[name].variables()
 
-    def wait_ready(self, name, seconds=300.0):
+    def wait_ready(self, name: str, seconds: float = 300.0) -> None:
         """
         Wait until a node is ready for frames; raise NotReady, with its log, if it is not in time.
 
@@ -80,17 +82,17 @@ class Graph:
         while 'READY' not in self.told(name):
             if self.processes[name].poll() is not None or time.monotonic() > end:
                 raise NotReady(f'{name} is not ready; it said:\n{self.log(name)}')
-            self._notices[name].wait(LOOK_AGAIN)
+            self._receivers[name].wait(LOOK_AGAIN)
 
-    def log(self, name):
+    def log(self, name: str) -> str:
         """Return what a node has said so far."""
         return (self.logs / f'{name}.log').read_text()
 
-    def failed(self):
+    def failed(self) -> list[str]:
         """Return the names of nodes that have ended with another status than 0."""
         return [name for name, process in self.processes.items() if process.poll()]
 
-    def end(self, name):
+    def end(self, name: str) -> int:
         """End a node as Ctrl-C would; return its exit status."""
         self._interrupt(name)
         return self._wait_for_end(name)
@@ -107,14 +109,14 @@ class Graph:
             process.kill()
             return process.wait()
 
-    def wait(self, name, seconds):
+    def wait(self, name: str, seconds: float) -> int | None:
         """Wait for a node to end by itself; return its exit status, None if it did not."""
         end = time.monotonic() + seconds
         while self.processes[name].poll() is None and time.monotonic() < end:
             time.sleep(0.01)
         return self.processes[name].poll()
 
-    def __enter__(self):
+    def __enter__(self) -> 'Graph':
         """Return self, in a domain; raise NoDomain if there is none."""
         if self.domain is None:
             self.domain = self._cleanup.enter_context(claimed_domain())

@@ -15,7 +15,7 @@
 """Autokey: how a key is put among others."""
 from flag_sim.animation.autokey import with_key
 from flag_sim.animation.keys import read_timeline
-from flag_sim.declarations.targets import TARGETS
+from flag_sim.declarations.keyable import TARGETS
 import numpy as np
 import pytest
 from support.tracks import wind_values

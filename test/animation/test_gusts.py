@@ -208,5 +208,5 @@ def test_gusts_are_parts_of_the_speed_in_the_winds_own_axes():
 
 def test_bad_eddies_are_refused():
     """The size must be positive."""
-    with pytest.raises(ValueError, match='length must be greater than 0'):
+    with pytest.raises(ValueError, match='length must be a number from 0.01'):
         Gusts(0.0, 1)

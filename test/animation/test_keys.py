@@ -14,7 +14,7 @@
 
 """Tracks as parameters: what is read and what is refused."""
 from flag_sim.animation import keys
-from flag_sim.declarations.targets import TARGETS
+from flag_sim.declarations.keyable import TARGETS
 import numpy as np
 import pytest
 from support.tracks import wind_values

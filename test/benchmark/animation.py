@@ -27,11 +27,11 @@ import time
 
 from flag_sim.animation import keys
 from flag_sim.animation.wind_source import WindSource
+from flag_sim.declarations.keyable import TARGETS
 from flag_sim.declarations.nodes import defaults, NODES
-from flag_sim.declarations.targets import TARGETS
 from flag_sim.parameters.arguments import given_path
 from flag_sim.protocol.frames import FrameId
-from flag_sim.ros import messages
+from flag_sim.ros import frame_message
 from flag_sim.ros.topics import publish
 import numpy as np
 import rclpy
@@ -100,13 +100,13 @@ def main():
     with rclpy.init():
         node = Node('benchmark')
         out = publish(node, 'parameters')
-        frame_message = messages.FrameMessage('/wind')
-        message = frame_message.fill(frame, wind, keyed)
+        message_of = frame_message.FrameMessage('/wind')
+        message = message_of.fill(frame, wind, keyed)
         rows = {
             'values of the tracks': lambda at: keys.values_at(timeline, at, TARGETS),
             'wind with gusts': source.at,
             'crossed keys': lambda at: timeline.crossed(at - step, at),
-            'message': lambda at: frame_message.fill(frame, wind, keyed),
+            'message': lambda at: message_of.fill(frame, wind, keyed),
             'publication': lambda at: out.publish(message),
         }
         result = {what: round(median_ms(work, times), 4) for what, work in rows.items()}

@@ -17,8 +17,8 @@ import time
 
 from flag_sim.ros import messages
 from flag_sim.ros.bag import RecordedTopics
-from flag_sim.ros.lifecycle import bring_profile, keep_memory
-from flag_sim.ros.messages import serialized_stamp
+from flag_sim.protocol.cdr import serialized_stamp
+from flag_sim.ros.lifecycle import keep_memory, set_dds_profile
 from flag_sim.ros.topics import publish, subscribe
 import numpy as np
 import rclpy
@@ -39,7 +39,7 @@ class Probe:
 
     def __init__(self, domain):
         keep_memory()
-        bring_profile()
+        set_dds_profile()
         self._context = rclpy.Context()
         rclpy.init(context=self._context, domain_id=domain)
         self.node = rclpy.create_node('probe', context=self._context)

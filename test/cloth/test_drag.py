@@ -19,7 +19,7 @@ from flag_sim.cloth import Air, Material
 from flag_sim.cloth.forces import Forcing
 from flag_sim.cloth.mesh import Mesh
 from flag_sim.cloth.model import Model
-from flag_sim.cloth.pressure import divisor, GREATEST_RATE, LAWS, pressure
+from flag_sim.cloth.pressure import divisor, DRAG_LAWS, GREATEST_RATE, pressure
 from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.cloth.stability import frequency_bound
 from flag_sim.cloth.state import State
@@ -34,13 +34,13 @@ RATIOS = 10.0**np.linspace(-3.0, 4.0, 2001)
 def rates(law, order):
     """Return h d(F / (1 + r^order))/du_n / m for all RATIOS, by differences of the kernels."""
     def force(u):
-        s, slope = pressure(u, 1.0, LAWS[law])
+        s, slope = pressure(u, 1.0, DRAG_LAWS[law])
         return s * u / divisor(slope * hold, order)
 
     found = []
     for r in RATIOS:
         wind = 3.0
-        _, slope = pressure(wind, 1.0, LAWS[law])
+        _, slope = pressure(wind, 1.0, DRAG_LAWS[law])
         hold = r / slope if slope > 0.0 else 0.0
         step = 1e-5 * wind
         # A step's change of velocity for drag 1 on a face of mass 1 and area 1.
@@ -49,7 +49,7 @@ def rates(law, order):
 
 
 @pytest.mark.parametrize('order', [1, 2, 4])
-@pytest.mark.parametrize('law', LAWS)
+@pytest.mark.parametrize('law', DRAG_LAWS)
 def test_the_greatest_rate_is_that_of_the_kernels(law, order):
     """Never exceeded, and met to a thousandth: RATIOS lie as close, and end at 1 part in 1e4."""
     greatest = rates(law, order).max()
@@ -83,7 +83,7 @@ def step_matrices(solver, z, g, keep):
 
 
 @pytest.mark.parametrize('solver', EXPLICIT)
-@pytest.mark.parametrize('law', LAWS)
+@pytest.mark.parametrize('law', DRAG_LAWS)
 @pytest.mark.parametrize('gamma', [0.0, 0.1, 0.5, 1.0, 1.9, 2.0, 2.1, 5.0, 100.0])
 def test_no_mode_grows_in_the_largest_step(solver, law, gamma):
     """
@@ -93,7 +93,7 @@ def test_no_mode_grows_in_the_largest_step(solver, law, gamma):
     pressure) drives small motions, and is held in check only by its size. 1e-7: what rounding
     makes of double eigenvalues, its square root.
     """
-    order = SOLVERS[solver].order
+    order = SOLVERS[solver].drag_order
     h = SOLVERS[solver].largest_step(1.0, gamma, Air(law=law))
     drag = np.unique(np.clip(rates(law, order), 0.0, None))
     wave, damping = np.linspace(0.0, 1.0, 21)[1:], np.linspace(0.0, 1.0, 6 if gamma else 1)

@@ -19,7 +19,7 @@ from flag_sim.cloth.energy import bending_energy, elastic_energy
 from flag_sim.cloth.material import Air, Material
 from flag_sim.cloth.mesh import Mesh, PRECISIONS
 from flag_sim.cloth.model import Model
-from flag_sim.cloth.pressure import LAWS
+from flag_sim.cloth.pressure import DRAG_LAWS
 import numpy as np
 import pytest
 from support.forces import crumpled, forces
@@ -86,7 +86,7 @@ def test_dashpots_take_power_and_leave_rigid_motion_alone(mesh):
     assert np.abs(friction).max() < rounding(mesh, 5000) * np.abs(forces(elastic, positions)).max()
 
 
-@pytest.mark.parametrize('law', LAWS)
+@pytest.mark.parametrize('law', DRAG_LAWS)
 def test_wind_is_the_pressure_on_each_face(mesh, law):
     """
     F = rho C_d / 2 A |u_n| u_n n, shared 1/2, 1/4, 1/4, against a plain loop over faces.
@@ -165,7 +165,7 @@ def test_collapsed_springs_and_faces_give_zero_not_nan(mesh):
 
 
 def test_a_flag_stays_to_the_bit_in_a_plane_that_holds_wind_and_gravity(precision):
-    """Nothing pushes a flat flag out of the plane of the wind: unstable, but an equilibrium."""
+    """No force takes a flat flag out of the plane of the wind: unstable, but an equilibrium."""
     mesh = Mesh(6, 8, 1.2, 0.8, precision=precision)
     model = Model(mesh, Material())
     positions, velocities = crumpled(mesh, size=0.1)

@@ -19,7 +19,7 @@ from flag_sim.cloth.energy import bending_energy, elastic_energy
 from flag_sim.cloth.material import Air, Material
 from flag_sim.cloth.mesh import Mesh
 from flag_sim.cloth.model import Model
-from flag_sim.cloth.stability import Stepping
+from flag_sim.cloth.stepping import Stepping
 import numpy as np
 import pytest
 
@@ -133,21 +133,27 @@ def test_damping_is_the_ratio_of_two_nodes_on_a_spring(rows, columns):
 
 
 @pytest.mark.parametrize('kind, parameters, rule', [
-    (Material, {'area_density': 0.0}, 'area_density must be greater than 0, not 0'),
-    (Material, {'area_density': -1.0}, 'area_density must be greater than 0, not -1'),
-    (Material, {'stiffness': -1.0}, 'stiffness must be between 0'),
-    (Material, {'stiffness': math.nan}, 'stiffness must be finite, not nan'),
-    (Material, {'shear_stiffness': math.inf}, 'shear_stiffness must be finite, not inf'),
-    (Material, {'bend_stiffness': 'soft'}, "bend_stiffness must be a number, not 'soft'"),
-    (Material, {'damping': None}, 'damping must be a number, not None'),
-    (Material, {'node_damping': -0.1}, 'node_damping must be between 0'),
-    (Air, {'density': -1.2}, 'density must be between 0'),
-    (Air, {'drag_coefficient': math.nan}, 'drag_coefficient must be finite'),
-    (Stepping, {'substeps': -1}, 'substeps must be between 0'),
-    (Stepping, {'substeps': 1.5}, 'substeps must be a whole number, not 1.5'),
-    (Stepping, {'step_safety': 0.0}, 'step_safety must be between'),
-    (Stepping, {'step_safety': 1.01}, 'step_safety must be between'),
-    (Stepping, {'substeps_limit': 0}, 'substeps_limit must be between 1')])
+    (Material, {'area_density': 0.0},
+     'area_density must be a number from 1e-06 to 1e+06 [kg/m2], not 0'),
+    (Material, {'area_density': -1.0},
+     'area_density must be a number from 1e-06 to 1e+06 [kg/m2], not -1'),
+    (Material, {'stiffness': -1.0}, 'stiffness must be a number from 0'),
+    (Material, {'stiffness': math.nan},
+     'stiffness must be a number from 0 to 1e+09 [N/m], not nan'),
+    (Material, {'shear_stiffness': math.inf},
+     'shear_stiffness must be a number from 0 to 1e+09 [N/m], not inf'),
+    (Material, {'bend_stiffness': 'soft'},
+     "bend_stiffness must be a number from 0 to 1e+06 [N m], not 'soft'"),
+    (Material, {'damping': None}, 'damping must be a number from 0 to 1e+06, not None'),
+    (Material, {'node_damping': -0.1}, 'node_damping must be a number from 0'),
+    (Air, {'density': -1.2}, 'density must be a number from 0'),
+    (Air, {'drag_coefficient': math.nan},
+     'drag_coefficient must be a number from 0 to 100, not nan'),
+    (Stepping, {'substeps': -1}, 'substeps must be a whole number from 0'),
+    (Stepping, {'substeps': 1.5}, 'substeps must be a whole number from 0 to 100000, not 1.5'),
+    (Stepping, {'step_safety': 0.0}, 'step_safety must be a number from 0.01 to 1, not'),
+    (Stepping, {'step_safety': 1.01}, 'step_safety must be a number from 0.01 to 1, not'),
+    (Stepping, {'substeps_limit': 0}, 'substeps_limit must be a whole number from 1')])
 def test_bad_parameters_are_refused_by_name(kind, parameters, rule):
     """The message names the parameter, the rule and the value."""
     with pytest.raises(ValueError) as error:

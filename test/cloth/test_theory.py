@@ -71,9 +71,9 @@ def momenta_of_free_flight(solver, substeps):
     mass = model.mesh.grid(model.mass)[..., None]
 
     def momenta():
-        push = mass * cloth.velocities
-        return np.append(push.sum(axis=(0, 1)),
-                         np.cross(cloth.positions, push).sum(axis=(0, 1)))
+        carried = mass * cloth.velocities
+        return np.append(carried.sum(axis=(0, 1)),
+                         np.cross(cloth.positions, carried).sum(axis=(0, 1)))
 
     before = momenta()
     for _ in range(20):
@@ -85,8 +85,8 @@ def test_momentum_and_angular_momentum_stay(solver):
     """
     A crumpled sheet that flies freely: internal forces move neither, but for rounding.
 
-    The torque of a pull is taken where the nodes are: explicit methods that move them by other
-    velocities than those which the pull makes keep angular momentum only to their own order. What
+    The torque of a spring is taken where the nodes are: explicit methods that move them by other
+    velocities than those which its force makes keep angular momentum only to their own order. What
     is lost then halves with the step at least (measured: 0.45 for euler), and is about a
     thousandth of the whole.
     """
@@ -122,10 +122,10 @@ def test_stretch_under_own_weight(solver, columns):
 @pytest.mark.parametrize('columns', [6, 11, 21, 31])
 def test_a_sheet_hangs_alike_with_every_method(solver, columns):
     """
-    The default membrane, which shares its weight with the diagonals, at each method's own steps.
+    The default membrane, whose weight the diagonals bear too, at each method's own steps.
 
     Where the forces balance there is one answer. But xpbd meets lines that cross one after the
-    other: what one line is pulled by, up to the weight of a row, moves each of its nodes by
+    other: the force on one line, up to the weight of a row, moves each of its nodes by
     h^2 F / m = columns g h^2 while another is met, and dashpots resist the way back, by c / (h k).
     """
     claims(solver, 'friction', 'undamped')

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Steps shared by threads: the same to the bit, and none waits for one that does not come."""
+"""Steps by several threads: the same to the bit, and none waits for one that does not come."""
 import multiprocessing
 import subprocess
 import sys
@@ -38,11 +38,11 @@ def flown(frames=4, grid=(33, 47), **parameters):
 @pytest.mark.parametrize('precision', PRECISIONS)
 @pytest.mark.parametrize('solver', SOLVERS)
 def test_the_same_motion_to_the_bit(solver, precision):
-    """Of methods that are shared and of those that are not; more threads than processors too."""
+    """Of parallel methods and of the others; with more threads than processors too."""
     alone = flown(solver=solver, precision=precision)
     for threads in (2, 3, 7):
-        shared = flown(solver=solver, precision=precision, threads=threads)
-        np.testing.assert_array_equal(shared, alone)
+        together = flown(solver=solver, precision=precision, threads=threads)
+        np.testing.assert_array_equal(together, alone)
 
 
 @pytest.mark.parametrize('grid', [(2, 2), (3, 50), (50, 3), (21, 31)], ids=str)
@@ -61,11 +61,11 @@ def test_the_choice_changes_nothing_but_the_time():
 def test_every_node_is_in_one_band(grid, bands):
     """They follow one another, begin at whole pieces, and differ by one of these at most."""
     mesh = Mesh(*grid, 1.0, 1.0)
-    spans = [mesh.band(band, bands) for band in range(bands)]
-    assert spans[0][0] == mesh.first and spans[-1][1] == mesh.last
-    assert all(one[1] == other[0] for one, other in zip(spans, spans[1:]))
-    assert all((first - mesh.first) % PIECE == 0 for first, last, _ in spans if first < last)
-    pieces = [-(-int(last - first) // PIECE) for first, last, _ in spans]
+    found = [mesh.band(band, bands) for band in range(bands)]
+    assert found[0][0] == mesh.first and found[-1][1] == mesh.last
+    assert all(one[1] == other[0] for one, other in zip(found, found[1:]))
+    assert all((first - mesh.first) % PIECE == 0 for first, last, _ in found if first < last)
+    pieces = [-(-int(last - first) // PIECE) for first, last, _ in found]
     assert max(pieces) - min(pieces) <= 1
 
 

@@ -16,12 +16,12 @@
 import platform
 import re
 
-from flag_sim.cloth import aerodynamics, bending, collision, Material, springs
+from flag_sim.cloth import aerodynamics, bending, Material, proximity, springs
 from flag_sim.cloth.forces import Forcing, Work
 from flag_sim.cloth.mesh import Mesh, PRECISIONS
 from flag_sim.cloth.model import Model
-from flag_sim.cloth.solvers import (conjugate, euler, implicit, lines, matrix, plate, rk4, seed,
-                                    symplectic, verlet, xpbd)
+from flag_sim.cloth.solvers import (conjugate, elementwise, euler, implicit, lines, matrix, plate,
+                                    rk4, seed, symplectic, verlet, xpbd)
 from flag_sim.cloth.state import State
 from llvmlite.binding import get_host_cpu_features
 import numba
@@ -34,79 +34,97 @@ WIDENS = r'\bv?cvt[sp]s2[sp]d\b'
 """An instruction that makes float64 of float32."""
 
 
+class Case:
+    """Arguments for every loop over the nodes, in one precision."""
+
+    def __init__(self, precision):
+        mesh = Mesh(3, 3, 1.0, 1.0, precision=precision)
+        model = Model(mesh, Material())
+        self.mesh, self.sheet, self.weights = mesh, model.sheet, mesh.weights
+        self.nodes, self.out, self.work = State(mesh).nodes, State(mesh).nodes, Work.of(mesh)
+        self.c = model.coefficients(Forcing(), 1)
+        self.mass, self.w = model.mass, model.inverse_mass
+        self.one = mesh.number(1.0)
+        self.below = mesh.band().stride
+
+    def field(self):
+        """Return a new field."""
+        return tuple(self.mesh.fields(3))
+
+
 def loops(precision):
     """Return the loops over nodes that are vectors: {name: (kernel, arguments)}."""
-    mesh = Mesh(3, 3, 1.0, 1.0, precision=precision)
-    state, out, work, model = State(mesh), State(mesh), Work.of(mesh), Model(mesh, Material())
-    c, span, weights, mass = model.coefficients(Forcing(), 1), mesh.span, mesh.weights, model.mass
-    one, vector = mesh.number(1.0), mesh.number((1.0, 1.0, 1.0))
-    x, v, x_out, v_out = state.position, state.velocity, out.position, out.velocity
-    w, f, a = model.inverse_mass, work.force, tuple(mesh.fields(3))
+    case = Case(precision)
+    nodes, out, work, one, below = case.nodes, case.out, case.work, case.one, case.below
+    c, weights, mass, w = case.c, case.weights, case.mass, case.w
+    x, v, f, a = nodes.position, nodes.velocity, work.force, case.field()
+    stage = State(case.mesh).nodes
     calls = [
-        (springs.elastic_tensions, x, weights, vector, vector, work.tensions),
-        (springs.damped_tensions, x, v, weights, vector, vector, vector, work.tensions),
-        (springs.sum_tensions, x, work.tensions, mass, one, f),
+        (springs.elastic_tensions, x, weights, c.springs, work.tensions),
+        (springs.damped_tensions, nodes, weights, c.springs, work.tensions),
+        (springs.set_springs_and_weight, x, work.tensions, mass, one, f),
         (bending.set_moments, x, weights, c.bend, work.moments),
-        (bending._add_along, *work.moments[0], f[0]),
-        (aerodynamics.wind_on_faces, x, v, vector, one, one, c.law, c.order, weights, work.faces),
+        (bending._add_along, work.moments[0], f[0]),
+        (aerodynamics.set_face_forces, nodes, c.wind, one, weights, work.faces),
         (aerodynamics._add_along, work.faces[0], work.faces[3], f[0]),
-        (symplectic._move, x, v, work.tensions, work.moments, work.faces, mass, one, w, x_out,
-         v_out, one, one),
-        (euler._update, x, v, f, w, x_out, v_out, one, one),
-        (seed._update, x, v, f, w, x_out, v_out, one, one),
-        (verlet._drift, x, v, a, x_out, v_out, one, one),
+        (symplectic._move, nodes, out, work.tensions, work.moments, work.faces, case.sheet,
+         symplectic.Update(one, one, one)),
+        (euler._update, nodes, f, w, out, one, one),
+        (seed._update, nodes, f, w, out, one, one),
+        (verlet._drift, nodes, a, out, one, one),
         (verlet._kick, v, f, w, a, one, one),
-        (rk4._begin, x, v, a, tuple(mesh.fields(3)), x_out, v_out, one),
-        (rk4._end, x, x_out, v_out, one),
-        (rk4._stage, x, v, a, tuple(mesh.fields(3)), f, w, x_out, v_out, one, one, one),
-        (xpbd._predict, v, f, w, x_out, one, one),
-        (xpbd._add_forces, f, w, x, one),
-        (xpbd._advance, x, f, x_out, v_out, one),
-        (plate._add_curvatures, x, weights.bend_down, one, span[2], a),
-        (plate._move_curved, x, w, span[2], a),
+        (rk4._begin, nodes, stage, out, one),
+        (rk4._end, x, out, one),
+        (rk4._stage, nodes, stage, f, w, out, (one, one, one)),
+        (xpbd._predict, v, f, w, a, one, one),
+        (xpbd._advance, x, f, out, one),
+        (plate._add_curvatures, x, weights.bend_down, one, below, a),
+        (plate._move_curved, x, w, below, a),
         (plate._add_twists, x, weights.cell, one, a),
         (plate._move_twisted, x, w, a),
-        (collision._set_room, x, x_out, weights.cell, vector, work.contact)]
-    return named(calls, span)
+        (proximity.set_room, x, out.position, c.limits, work.contact),
+        (elementwise.scale, a, one),
+        (elementwise.add, a, one, f),
+        (elementwise.add_weighted, a, one, w, f),
+        (elementwise.set_weighted, w, f, a),
+        (elementwise.set_difference, v, f, a),
+        (elementwise.set_sum, x, one, v, a),
+        (elementwise.set_combination, one, f, one, v, a)]
+    return named(calls, case.mesh.band())
 
 
 def scalar_loops(precision):
     """Return the loops that gather, choose or recur too much for vectors, or sum in float64."""
-    mesh = Mesh(3, 3, 1.0, 1.0, precision=precision)
-    state, out, work, model = State(mesh), State(mesh), Work.of(mesh), Model(mesh, Material())
-    c, span, weights, mass = model.coefficients(Forcing(), 1), mesh.span, mesh.weights, model.mass
-    one, vector = mesh.number(1.0), mesh.number((1.0, 1.0, 1.0))
-    x, v, x_out, v_out = state.position, state.velocity, out.position, out.velocity
-    w, f, a = model.inverse_mass, work.force, tuple(mesh.fields(3))
-    springs, ahead = lines.Lines.of(mesh), span[2]
-    family = lines.Family(weights.down, one, one, one, ahead, ahead)
-    filled = matrix.Matrix.of(tuple(mesh.fields(matrix.FIELDS)))
+    case = Case(precision)
+    nodes, out, work, one, below = case.nodes, case.out, case.work, case.one, case.below
+    c, weights, w = case.c, case.weights, case.w
+    x, v, f, a = nodes.position, nodes.velocity, work.force, case.field()
+    springs = lines.Lines.of(case.mesh)
+    family = lines.Family(weights.down, one, one, one, below, below)
+    filled = matrix.Matrix.of(tuple(case.mesh.fields(matrix.FIELDS)))
+    system = matrix.System(filled, case.sheet, c, work, one)
     calls = [
-        (lines.set_lines, x, x_out, family, one, springs),
+        (lines.set_lines, x, a, family, one, springs),
         (lines.factor_lines, w, family, springs),
-        (lines.meet_lines, x, x_out, w, family, springs, a[:2]),
-        (lines.pull_lines, x, w, family, springs, a[0]),
-        (plate._factor_curvatures, w, weights.bend_down, one, ahead, a),
-        (plate._factor_twists, w, weights.cell, one, ahead, a[:2]),
-        (plate._solve_curvatures, f, ahead, a),
-        (plate._solve_twists, a[:2], ahead, f),
-        (matrix.set_springs, x, weights, vector, vector, vector, filled, one),
-        (matrix.set_faces, x, v, vector, weights, one, c.law, filled, one),
-        (matrix._multiply_springs, filled, mass, one, a, f),
-        (matrix._push_faces, filled, a, work.faces),
-        (conjugate.add, a, one, f),
+        (lines.project_lines, x, v, w, family, springs, a[:2]),
+        (lines.apply_impulses, x, w, family, springs, a[0]),
+        (plate._factor_curvatures, w, weights.bend_down, one, below, a),
+        (plate._factor_twists, w, weights.cell, one, below, a[:2]),
+        (plate._solve_curvatures, f, below, a),
+        (plate._solve_twists, a[:2], below, f),
+        (matrix.set_springs, x, weights, c.springs, filled, one),
+        (matrix.set_faces, nodes, c.wind, weights, filled, one),
+        (matrix._multiply_springs, filled, case.mass, one, a, f),
+        (matrix._set_face_drag, filled, a, work.faces),
         (conjugate._turn, a, one, f, w),
-        (implicit._guess, v, w, one, one, v_out),
-        (implicit._move, x, v, one, x_out),
-        (implicit._set_residual, v, v_out, f, mass, one, one, a),
-        (implicit._set_difference, v, v_out, a),
-        (implicit._scale, a, one)]
-    return named(calls, span)
+        (implicit._guess, v, w, one, one, out.velocity),
+        (implicit._set_residual, v, out.velocity, f, system, a)]
+    return named(calls, case.mesh.band())
 
 
-def named(calls, span):
+def named(calls, band):
     """Return the calls by the names of their kernels."""
-    return {f'{call[0].py_func.__module__}.{call[0].__name__}': (call[0], (*call[1:], span))
+    return {f'{call[0].py_func.__module__}.{call[0].__name__}': (call[0], (*call[1:], band))
             for call in calls}
 
 
@@ -141,7 +159,7 @@ def test_hot_loops_are_vectors_of_their_precision(name, precision):
 
 @pytest.mark.parametrize('name', list(scalar_loops('float32')))
 def test_other_loops_in_float32_stay_in_it(name):
-    """All the way: only the sums over all nodes, conjugate.dot and norm2, are float64."""
+    """All the way: only the sums over all nodes, elementwise.dot and norm2, are float64."""
     code = machine_code(*scalar_loops('float32')[name])
     assert re.search(r'\bv?\w*(mul|add|sub)\w*[sp]s\s', code)
     assert not re.search(WIDENS, code)

@@ -29,7 +29,7 @@ from scipy.integrate import romb
 from support.cloths import energy, model_of
 
 WIND = (6.0, 8.0, 1.0)
-SPAN, SAMPLES = 0.1, 2**8
+FRAME, SAMPLES = 0.1, 2**8
 """Seconds of a run, and intervals between its samples: 12 of the fastest wave's a period."""
 FIRST = {1: 16, 2: 2, 4: 1}
 """Steps an interval from which on a method of an order shows it."""
@@ -95,10 +95,10 @@ def balance(solver, count, node_damping):
     powers = []
     for n in range(SAMPLES + 1):
         if n > 0:
-            assert cloth.advance(SPAN / SAMPLES, WIND).granted == count
+            assert cloth.advance(FRAME / SAMPLES, WIND).granted == count
         at = cloth.positions, cloth.velocities
         powers.append((wind_power(air, *at), lost_power(model, *at)))
-    work, loss = romb(np.array(powers), dx=SPAN / SAMPLES, axis=0)
+    work, loss = romb(np.array(powers), dx=FRAME / SAMPLES, axis=0)
     return work, work - (energy(cloth, 9.81) - before) - loss
 
 

@@ -13,10 +13,18 @@
 # limitations under the License.
 
 """What values make: each reaches the part of the library that it is named for, and no other."""
-from flag_sim.cloth import Air, Material, Stepping
-from flag_sim.declarations.making import cloth_of, hang_of, look_of
+import inspect
+
+from flag_sim.cloth import Air, Cloth, Material, Stepping
+from flag_sim.cloth.material import DRAG_LAWS
+from flag_sim.cloth.mesh import PRECISIONS
+from flag_sim.cloth.solvers import SOLVERS
+from flag_sim.declarations.making import air_of, cloth_of, hang_of, look_of, material_of
+from flag_sim.declarations.making import stepping_of
 from flag_sim.declarations.nodes import defaults, named
+from flag_sim.declarations.physics import GRID, OPTIONS
 from flag_sim.drawing import Camera, Dimensions, Light, Materials, Style, Surface
+from flag_sim.drawing.style import SAMPLES
 import pytest
 
 RED = (205.0, 35.0, 40.0)
@@ -37,6 +45,29 @@ def values_of(node, **changes):
     """Return {parameter: value} of a node: defaults, changed; `__` in a name stands for a dot."""
     changes = {name.replace('__', '.'): value for name, value in changes.items()}
     return defaults(node) | changes
+
+
+def test_every_solver_law_precision_and_number_of_samples_can_be_chosen():
+    """The choices of the node are those of the library."""
+    physics = named('physics')
+    assert set(physics['solver'].choices) == set(SOLVERS)
+    assert set(physics['air.law'].choices) == set(DRAG_LAWS)
+    assert physics['precision'].choices == PRECISIONS
+    renderer = named('renderer')
+    assert renderer['samples'].choices == SAMPLES
+
+
+def test_defaults_are_those_of_the_library():
+    """The nodes and the classes below them start from the same values."""
+    physics = defaults('physics')
+    assert material_of(physics) == Material()
+    assert air_of(physics) == Air()
+    assert stepping_of(physics) == Stepping()
+    cloth = inspect.signature(Cloth).parameters
+    for argument, default in {**GRID.arguments(physics), **OPTIONS.arguments(physics)}.items():
+        assert cloth[argument].default == default, argument
+    renderer = defaults('renderer')
+    assert look_of(renderer) == (Camera(), Light(), Materials(), Dimensions(), Style())
 
 
 @pytest.mark.parametrize('declaration', MAKES)
@@ -76,3 +107,15 @@ def test_a_flag_without_a_size_follows_from_its_pole():
     assert (hoist_top, length, width) == ((0.05, 0.0, 5.9), 1.5, 1.0)
     assert hang_of(values_of('physics', flag__width=2.0))[1:] == (3.0, 2.0)
     assert hang_of(values_of('physics', flag__length=2.0))[1:] == (2.0, 1.5)
+
+
+@pytest.mark.parametrize('make, node, name, value', [
+    (material_of, 'physics', 'stiffness', -1.0), (air_of, 'physics', 'air.law', 'cubic'),
+    (cloth_of, 'physics', 'air.density', 1e9), (look_of, 'renderer', 'sun.azimuth', 90.0),
+    (look_of, 'renderer', 'platform.height', 0.0), (look_of, 'renderer', 'pole.shininess', 0.5)])
+def test_what_is_refused_is_named_as_its_user_has_typed_it(make, node, name, value):
+    """With its node's prefix, not as the library's field."""
+    with pytest.raises(ValueError) as error:
+        make({**defaults(node), name: value})
+    assert str(error.value).startswith(f'{name} must be ')
+    assert str(error.value).endswith(f', not {value!r}')

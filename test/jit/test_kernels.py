@@ -36,6 +36,7 @@ USE = ('import numpy as np; from flag_sim.cloth import normals; '
 
 FLY = """
 from flag_sim.cloth import Cloth
+from flag_sim.cloth.solvers import SOLVERS
 import gc, hashlib, json, sys
 from numba.core.codegen import CPUCodeLibrary
 from numba.core.dispatcher import Dispatcher
@@ -51,7 +52,7 @@ for solver in sys.argv[1:]:
         cloth.advance(0.05, (6.0, 2.0, 0.5))
         digest.update(cloth.positions.tobytes())
     flown[solver] = digest.hexdigest()
-    compiled[solver] = sum(cloth._solver.take_steps.stats.cache_misses.values())
+    compiled[solver] = sum(SOLVERS[solver].take_steps.stats.cache_misses.values())
 for kernel in gc.get_objects():
     if isinstance(kernel, Dispatcher) and kernel.__module__.startswith('flag_sim.'):
         codes += [code.library._compiled_object for code in kernel.overloads.values()]

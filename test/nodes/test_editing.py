@@ -15,8 +15,8 @@
 """An animation that is edited while it plays: what is taken, what is refused, what goes on."""
 import math
 
-from flag_sim.declarations.nodes import WIND
-from flag_sim.ros.messages import read_parameters
+from flag_sim.declarations.wind import WIND
+from flag_sim.ros.frame_message import read_parameters
 from flag_sim.tools.graph import Graph
 import numpy as np
 import pytest
@@ -101,7 +101,7 @@ def test_what_cannot_be_played_is_refused_and_the_animation_goes_on(played, name
     assert {key: list(played.watcher.get(played.client, key)) for key in SPEED} == SPEED
 
 
-def test_no_number_may_be_none(played):
+def test_nan_and_infinite_numbers_are_refused(played):
     """Each parameter of the wind that is a number refuses NaN and infinity."""
     for declaration in WIND:
         if type(declaration.default) in (int, float):

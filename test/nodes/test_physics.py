@@ -73,7 +73,7 @@ def test_too_few_substeps_are_refined_and_told_once(run):
     assert 'substeps = 2 is not stable: the frame needs ' in said
     again, said = run.frame(substeps=2)
     assert 'substeps' not in said
-    assert 'frames get the steps that substeps sets again' in calm(run, substeps=900)
+    assert 'the steps that substeps sets are enough again' in calm(run, substeps=900)
     run.restart()
     run.frame()
     assert np.array_equal(run.frame()[0], refined)
@@ -89,7 +89,7 @@ def test_steps_over_budget_are_told_once(run):
     assert 'substeps_limit allows 20: stiffness is lowered to' in said
     assert run.frame(**stiff)[1] == ''
     said = calm(run)
-    assert 'stiffness and damping are as they are set again: the frame needs ' in said
+    assert 'stiffness and damping are back at what is set: the frame needs ' in said
 
 
 def test_steps_that_are_over_budget_now_and_then_are_told_once(run):

@@ -17,6 +17,7 @@ import math
 
 from flag_sim.declarations.nodes import named
 from flag_sim.ros import messages
+from flag_sim.ros.parameter_node import to_parameter
 from hypothesis import given, HealthCheck, Phase, settings, strategies as st
 import numpy as np
 import pytest
@@ -118,10 +119,10 @@ def assert_frame(bench, time, wind, keyed, held):
     """
     message = bench.message(time, [0.0] * 3)
     message.changed_parameters = list(message.changed_parameters) + [
-        messages.to_parameter(f'physics.{name}', value).to_parameter_msg()
+        to_parameter(f'physics.{name}', value).to_parameter_msg()
         for name, value in keyed.items()]
     wind_of = next(p for p in message.changed_parameters if p.name == 'wind')
-    wind_of.value = messages.to_parameter('wind', wind, float).to_parameter_msg().value
+    wind_of.value = to_parameter('wind', wind, float).to_parameter_msg().value
     cloud = bench.hear(message)
     is_good = (len(wind) == 3 and all(abs(w) <= 1e4 for w in wind)
                and all(accepts(name, value) for name, value in keyed.items()))
@@ -155,7 +156,7 @@ def ros(domain):
           phases=[Phase.generate, Phase.shrink],
           suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(events=EVENTS)
-def test_no_parameter_and_no_frame_ends_the_node_or_leaves_its_bounds(ros, solver, events):
+def test_random_parameters_and_frames_keep_the_node_alive_and_in_bounds(ros, solver, events):
     """Right and wrong values, alone and in groups, set and keyed, with any wind and any time."""
     bench = Bench()
     try:

@@ -19,6 +19,7 @@ from flag_sim.protocol.frames import FrameId
 from flag_sim.ros import messages
 from flag_sim.tools.graph import Graph
 import numpy as np
+from support.frames import parameters_message
 from support.watch import eventually, Watcher
 
 WIND = (6.0, 2.0, 0.5)
@@ -52,7 +53,7 @@ def test_solvers_and_precisions_take_over_from_one_another_without_a_jump(tmp_pa
             if n in turns:
                 assert watcher.put(client, *turns[n]).successful
                 setattr(cloth, *turns[n])
-            message = messages.parameters_message('/wind', FrameId(stamp, 1, n, n), WIND, {})
+            message = parameters_message('/wind', FrameId(stamp, 1, n, n), WIND, {})
             # Sending again is harmless, and needed until the node's reader is known.
             eventually(lambda: parameters.publish(message) or of_stamp(clouds, stamp), watcher)
             positions, _ = messages.read_cloud(of_stamp(clouds, stamp)[0])

@@ -13,14 +13,14 @@
 # limitations under the License.
 
 """The player: bags as `ros2 bag record` writes them, with gaps, takes, namespaces and names."""
-from flag_sim.declarations.nodes import PLAYER, RECORDER
+from flag_sim.declarations.player import PLAYER
+from flag_sim.declarations.recorder import RECORDER
 from flag_sim.nodes.player import Player
 from flag_sim.nodes.recorder import Recorder
 from flag_sim.protocol.frames import FrameId
 from flag_sim.ros import messages
 from flag_sim.ros.bag import Bag, RecordedTopics
 from flag_sim.ros.parameter_node import BadParameter
-from flag_sim.ros.recorded_frames import AHEAD, recorded_frames
 from flag_sim.tools.graph import Graph
 import numpy as np
 import pytest
@@ -30,6 +30,7 @@ from rclpy.parameter import Parameter
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import Image, PointCloud2
 from std_msgs.msg import Header, String
+from support.frames import parameters_message
 from support.shot import messages_of, SMALL, stamp_of
 
 FRAME = 10**9 // 30  # [ns]
@@ -42,7 +43,7 @@ FLAT = np.zeros((2, 2, 3))
 
 def parameters(index, take=1, window=3):
     """Return the serialised parameters of a frame in lockstep."""
-    return serialize_message(messages.parameters_message(
+    return serialize_message(parameters_message(
         '/wind', FrameId(index * FRAME, take, index, max(index - window + 1, 0)),
         [9.0, 3.0, 0.0], {}))
 
@@ -71,77 +72,6 @@ def received(path, frames=FRAMES, lost=(), prefix=''):
                                       ('/vertices', PointCloud2, vertices))
             if (topic, index) not in lost]
     return make_bag(path, rows)
-
-
-def frames_of(rows, names):
-    """Return [(index or None, names of its messages, names of those lost)] of recorded frames."""
-    return [(None if frame.stamp is None else round(frame.stamp / FRAME),
-             ''.join(name[0] for name, _ in frame.messages),
-             ''.join(name[0] for name in sorted(frame.lost)))
-            for frame in recorded_frames(((name, 0, data) for name, data in rows), names)]
-
-
-def p(index, take=1):
-    """Return a row of parameters."""
-    return 'parameters', parameters(index, take)
-
-
-def v(index):
-    """Return a row of vertices."""
-    return 'vertices', vertices(index)
-
-
-@pytest.mark.parametrize('rows, expected', [
-    # In the order of the wind, whatever the topics' order and distance.
-    ([p(0), p(1), p(2), v(0), v(1), v(2)], [(0, 'pv', ''), (1, 'pv', ''), (2, 'pv', '')]),
-    ([v(0), p(0), v(1), p(1)], [(0, 'vp', ''), (1, 'vp', '')]),
-    # What was lost on the way into the bag is known once its topic has gone past it.
-    ([p(0), p(1), v(1), p(2), v(2)], [(0, 'p', 'v'), (1, 'pv', ''), (2, 'pv', '')]),
-    ([v(0), p(1), v(1)], [(0, 'v', 'p'), (1, 'pv', '')]),
-    ([p(0), v(0), p(1)], [(0, 'pv', ''), (1, 'p', 'v')]),
-    # Another take: its stamps are those of the first.
-    ([p(0), v(0), p(1), p(0, 2), v(1), v(0), p(1, 2), v(1)],
-     [(0, 'pv', ''), (1, 'pv', ''), (0, 'pv', ''), (1, 'pv', '')]),
-    # A copy, sent again, does not pass for what is still to come.
-    ([p(0), v(0), p(1), p(1), v(0), v(1), p(2), v(2)],
-     [(0, 'pv', ''), (1, 'pv', ''), (1, 'p', 'v'), (0, 'v', 'p'), (2, 'pv', '')]),
-])
-def test_messages_are_frames_by_their_stamps(rows, expected):
-    """Whenever they were received."""
-    assert frames_of(rows, ['parameters', 'vertices']) == expected
-
-
-def test_a_topic_that_ends_is_not_waited_for_to_the_end_of_the_bag():
-    """No more is held in memory than frames can be apart."""
-    read = []
-
-    def rows():
-        yield ('vertices', 0, vertices(0))
-        for index in range(200):
-            read.append(index)
-            yield ('parameters', 0, parameters(index))
-    frames = recorded_frames(rows(), ['parameters', 'vertices'])
-    assert next(frames).stamp == 0
-    second = next(frames)
-    assert second.lost == {'vertices'} and len(read) <= AHEAD + 2
-
-
-def test_what_belongs_to_no_frame_goes_with_the_one_before_it():
-    """A key is crossed between two frames."""
-    key = ('keyframe', serialize_message(messages.header(FRAME // 2, 'physics.gravity')))
-    assert frames_of([p(0), key, v(0), p(1), v(1)], ['parameters', 'vertices', 'keyframe']) == [
-        (0, 'pkv', ''), (1, 'pv', '')]
-
-
-def test_damage_is_told_after_all_that_was_read_before():
-    """Nothing whole is lost by it."""
-    def rows():
-        yield ('parameters', 0, parameters(0))
-        raise BadParameter('damaged')
-    frames = recorded_frames(rows(), ['parameters', 'vertices'])
-    assert next(frames).lost == {'vertices'}
-    with pytest.raises(BadParameter, match='damaged'):
-        next(frames)
 
 
 @pytest.mark.parametrize('topics, consumers', [
@@ -176,7 +106,7 @@ def test_what_a_bag_lacks_holds_up_no_frame_that_it_has(tmp_path, domain):
     images = films(tmp_path, domain, bag, '[parameters, vertices]', ('renderer',))
     assert images == [i for i in range(FRAMES) if i not in (3, 7)]
     said = (tmp_path / 'log' / 'player.log').read_text()
-    assert 'the frame at 0.100 s is not waited for any longer: the bag lacks its vertices' in said
+    assert 'no longer waiting for the frame at 0.100 s: the bag lacks its vertices' in said
 
 
 def player(domain, path, *topics, **values):

@@ -23,6 +23,7 @@ import numpy as np
 import pytest
 import rclpy
 from support.bench import Bench, SENDER, WIND
+from support.frames import parameters_message
 from support.shot import messages_of, SMALL, stamp_of
 from support.watch import eventually, Watcher
 
@@ -38,7 +39,7 @@ def bag(window=1, takes=(1,)):
 
 def parameters(frame):
     """Return the `parameters` message of a frame."""
-    return messages.parameters_message('/wind', frame, WIND, {})
+    return parameters_message('/wind', frame, WIND, {})
 
 
 @pytest.mark.parametrize('frames', [bag(), bag(window=3), bag(takes=(1, 2))])

@@ -14,14 +14,15 @@
 
 """The pre-roll: a cloth that begins anew has moved already, whatever began it."""
 from flag_sim.cloth import Cloth
+from flag_sim.parameters.config import config_path
 from flag_sim.protocol.frames import FrameId
 from flag_sim.ros import messages
-from flag_sim.ros.config import config_path
 from flag_sim.tools.demo import shots
 import numpy as np
 import pytest
 import rclpy
 from support.bench import Bench, WIND
+from support.frames import parameters_message
 
 FRAME = 1.0 / 30.0
 SMALL = ('-p', 'grid.columns:=7', '-p', 'grid.rows:=5')
@@ -79,13 +80,13 @@ def test_every_new_beginning_has_it(bench, again):
         bench.frame(1.0 + n * FRAME)
     frame = {'reset': FrameId(0, 2, 0, 0), 'another wind': FrameId(10**9, 7, 0, 0),
              'back in time': FrameId(0, 1, 5, 5)}[again]
-    cloud = bench.hear(messages.parameters_message('/wind', frame, WIND, {}))
+    cloud = bench.hear(parameters_message('/wind', frame, WIND, {}))
     assert np.array_equal(messages.read_cloud(cloud)[0], first)
 
 
 def test_who_joins_late_begins_with_it_and_says_so(bench, capfd):
     """The flag flies at once, though not as it would have."""
-    cloud = bench.hear(messages.parameters_message('/wind', FrameId(10**9, 1, 7, 7), WIND, {}))
+    cloud = bench.hear(parameters_message('/wind', FrameId(10**9, 1, 7, 7), WIND, {}))
     assert np.array_equal(messages.read_cloud(cloud)[0], sent(rolled()))
     assert ('joined the take at frame 7: the cloth begins from its preroll there; reset for a '
             'whole take') in capfd.readouterr().err
@@ -103,8 +104,9 @@ def test_a_flag_of_another_size_has_it_too(bench):
 def test_it_ends_with_the_node(bench):
     """A minute of a fine grid must not keep a process that was told to end."""
     bench.node.context.shutdown()
-    bench.node._roll(60.0, WIND)
-    assert np.array_equal(bench.node._cloth.positions, Cloth(5, 7).positions)
+    values = {**bench.node.values, 'preroll': 60.0}
+    cloud = bench.node.work(FrameId(0, 1, 0, 0), WIND, values)
+    assert np.array_equal(np.float32(messages.read_cloud(cloud)[0]), sent(Cloth(5, 7)))
 
 
 @pytest.mark.parametrize('shot', shots())

@@ -17,8 +17,10 @@ import itertools
 import resource
 import shutil
 
-from flag_sim.nodes.recorder import counted, TAKE_GAP
+from flag_sim.nodes.recorder import counted
+from flag_sim.protocol.cdr import serialized_stamp
 from flag_sim.protocol.frames import FrameId
+from flag_sim.protocol.recording import TAKE_GAP
 from flag_sim.ros import messages
 from flag_sim.ros.bag import Bag, RecordedTopics
 from flag_sim.ros.parameter_node import BadParameter
@@ -28,6 +30,7 @@ import pytest
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import Image
+from support.frames import parameters_message
 from support.watch import eventually, Watcher
 
 FRAME = 10**9 // 25  # [ns]
@@ -36,7 +39,7 @@ ZSTD_MAGIC = b'\x28\xb5\x2f\xfd'  # RFC 8878, 3.1.1
 
 def frame(take, index):
     """Return the parameters of a frame in real time."""
-    return messages.parameters_message(
+    return parameters_message(
         'wind', FrameId(index * FRAME, take, index, index), [1.0, 0.0, 0.0], {})
 
 
@@ -73,7 +76,7 @@ def test_an_older_take_of_another_sender_is_recorded(tmp_path, domain):
         assert graph.end('recorder') == 0
         assert graph.log('recorder').count('another take begins') == 2
         assert '7 frames' in graph.log('recorder') and '3 takes' in graph.log('recorder')
-    stamps = [messages.serialized_stamp(data)
+    stamps = [serialized_stamp(data)
               for _, _, data in recorded(tmp_path / 'bag', 'parameters')]
     assert stamps == [0, *2 * [0, FRAME, 2 * FRAME]]
 
@@ -123,7 +126,7 @@ def send_once(out, done, watcher, frames):
     eventually(lambda: any(message.stamp == last for message in done), watcher)
 
 
-def test_takes_that_no_bag_can_hold_are_left_out(tmp_path, domain):
+def test_takes_beyond_the_latest_time_of_a_bag_are_left_out(tmp_path, domain):
     """Each begins where the last one ended: the fifth of 68 years each is beyond 2**63 ns."""
     frames = [frame(take, index) for take in range(1, 7) for index in range(2)]
     for message in frames[1::2]:
@@ -158,7 +161,7 @@ def test_takes_follow_one_another_wherever_their_stamps_begin(tmp_path, domain):
 
 
 def test_a_full_disk_ends_sqlite_with_a_clear_error(tmp_path, domain):
-    """As it does mcap (test_life), but nothing is kept, and that is said."""
+    """As it does mcap (test_lifecycle), but nothing is kept, and that is said."""
     limit = 3_000_000  # bytes; an image has 1,000,000 and sqlite keeps 2 MB in memory
     hard = resource.getrlimit(resource.RLIMIT_FSIZE)[1]
     with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
@@ -177,7 +180,7 @@ def test_a_full_disk_ends_sqlite_with_a_clear_error(tmp_path, domain):
 
 
 @pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
-def test_a_folder_that_is_gone_is_no_success(tmp_path, domain, storage):
+def test_a_missing_folder_is_an_error(tmp_path, domain, storage):
     """What was recorded went with it: the status is 1, and nobody reads of frames in a bag."""
     with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
         out, done = watcher.publisher('parameters'), watcher.listen('frame_done')
@@ -247,7 +250,7 @@ def test_a_damaged_chunk_ends_the_playing(tmp_path, domain, whole, said):
 
 @pytest.mark.parametrize('content', [
     b'\xff\xfe\x00', b'rosbag2: [', b'', b'rosbag2_bagfile_information: {version: nine}'])
-def test_metadata_that_is_none_is_refused(tmp_path, content):
+def test_invalid_metadata_is_refused(tmp_path, content):
     """Whatever a parser says of it, the bag and the reason are named."""
     images_bag(tmp_path / 'bag', 1)
     (tmp_path / 'bag' / 'metadata.yaml').write_bytes(content)
@@ -255,7 +258,7 @@ def test_metadata_that_is_none_is_refused(tmp_path, content):
         RecordedTopics(tmp_path / 'bag')
 
 
-def test_a_number_that_is_none_in_the_metadata_is_refused(tmp_path):
+def test_an_invalid_number_in_the_metadata_is_refused(tmp_path):
     """Where the library meets it only after it has opened the bag."""
     images_bag(tmp_path / 'bag', 1)
     metadata = tmp_path / 'bag' / 'metadata.yaml'
@@ -269,7 +272,7 @@ def test_a_bag_whose_recorder_was_killed_says_what_helps(tmp_path):
     images_bag(tmp_path / 'bag', 1)
     (tmp_path / 'bag' / 'metadata.yaml').unlink()
     bag = tmp_path / 'bag'
-    helps = f"'{bag}' is no finished bag.* 'ros2 bag reindex {bag}' helps: mcap has kept"
+    helps = f"'{bag}' is not a finished bag.* 'ros2 bag reindex {bag}' helps: mcap has kept"
     with pytest.raises(BadParameter, match=helps):
         RecordedTopics(bag)
 
@@ -283,4 +286,4 @@ def test_lockstep_plays_on_after_bytes_without_a_stamp(tmp_path, domain):
     with Graph(tmp_path / 'log', domain) as graph:
         status, log = play(graph, tmp_path / 'bag', '-p', 'pace:=lockstep')
     assert status == 0, log
-    assert 'parameters is not waited for: its 4 bytes are too few' in log
+    assert 'a message on parameters belongs to no frame: its 4 bytes are too few' in log

@@ -104,7 +104,7 @@ class Stand:
     def expected(self, positions, normals=None):
         """Draw the same without the node."""
         look = look_of(self.renderer.values)
-        frame = Picture().draw(np.float32(positions), normals, *look, True)
+        frame = Picture().draw(np.float32(positions), normals, *look, ['depth'])
         return frame.colour, frame.depth
 
     def close(self):
@@ -191,7 +191,7 @@ def test_a_spoilt_cloud_is_refused_and_the_next_one_drawn(small, spoil, said):
 def test_image_sizes(stand, width, height):
     """Each size gives images, depth and camera info of that size."""
     assert stand.put(width=width, height=height, camera__distance=3.0,
-                      camera__target=[1.2, 0.3, 8.0]).successful
+                     camera__target=[1.2, 0.3, 8.0]).successful
     rgb, info, depth = stand.film(cloud(wave(5, 7)))
     assert (info.width, info.height) == (width, height)
     expected, expected_depth = stand.expected(wave(5, 7))
@@ -216,7 +216,7 @@ def test_odd_views_are_drawn(small, values):
     np.testing.assert_array_equal(info.p, camera.P.ravel())
 
 
-def test_no_number_may_be_none(small):
+def test_nan_and_infinite_numbers_are_refused(small):
     """Each parameter of the node that holds numbers refuses NaN and infinity."""
     for declaration in NODES['renderer']:
         if isinstance(declaration.default, (str, bool)) or declaration.fixed:

@@ -60,7 +60,7 @@ def test_a_shot_is_saved_whole_in_any_namespace(tmp_path, domain):
         assert {name: watcher.get(physics, name) for name in after} == after
 
 
-def test_values_that_no_companion_could_have_are_not_saved(tmp_path, domain):
+def test_invalid_values_of_companions_are_not_saved(tmp_path, domain):
     """Anybody can publish an event in another's name."""
     saved = tmp_path / 'shot.yaml'
     with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
@@ -72,7 +72,7 @@ def test_values_that_no_companion_could_have_are_not_saved(tmp_path, domain):
             events.publish(ParameterEvent(node='/physics', changed_parameters=[
                 ParameterMessage(name='stiffness', value=ParameterValue(
                     type=3, double_value=number))]))
-            return 'no key is made: stiffness must be' in graph.log('wind')
+            return 'no key was made: stiffness must be' in graph.log('wind')
         eventually(lambda: publish(-5.0), watcher)
         assert watcher.put(wind, 'speed', 9.0).successful
         eventually(saved.exists, watcher)

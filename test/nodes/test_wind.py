@@ -18,7 +18,7 @@ import time
 from flag_sim.nodes.player import Player
 from flag_sim.nodes.wind import Wind
 from flag_sim.protocol.frames import Arrival, FrameOrder
-from flag_sim.ros import messages
+from flag_sim.ros import frame_message, messages
 from flag_sim.ros.parameter_node import BadParameter
 import numpy as np
 import pytest
@@ -39,7 +39,7 @@ class Bench:
         publish = self.node._parameters_out.publish
 
         def keep(message):
-            self.frames.append(messages.read_parameters(message)[:2])
+            self.frames.append(frame_message.read_parameters(message)[:2])
             publish(message)
         self.node._parameters_out.publish = keep
 
@@ -157,7 +157,7 @@ def test_after_a_pause_stamps_are_the_wall_clocks_again(domain, monkeypatch):
 def test_the_shot_ends_before_its_stamps_do(domain, capfd):
     """A message holds no more than 2**31 seconds."""
     with Bench(domain, 'stamp.start:=2e9', 'rate:=0.01', 'paused:=true', 'wait_for:=[]') as bench:
-        bench.node._pacer.index = 1_474_835
+        bench.node._take.clock.index = 1_474_835
         bench.step(3)
         assert [frame.index for frame, _ in bench.frames] == [1_474_835, 1_474_836]
         bench.node._on_timer()
@@ -169,7 +169,7 @@ def test_the_shot_ends_before_its_stamps_do(domain, capfd):
     (['stamp.clock:=wall', 'stamp.start:=5.0'], 'stamp.start 5 s is only for stamp.clock simu'),
     (['stamp.clock:=gps'], "one of simulation, wall, not 'gps'"),
     (['stamp.start:=-1.0'], 'from 0 to 2e+09')])
-def test_stamps_that_nobody_can_give_are_refused(domain, given, reason):
+def test_invalid_stamps_are_refused(domain, given, reason):
     """With the rule."""
     with pytest.raises(BadParameter) as refusal:
         with Bench(domain, *given):
@@ -200,7 +200,7 @@ def test_who_never_says_frame_done_is_refused_at_the_start(domain, node, name):
 
 
 @pytest.mark.parametrize('autokey', ['false', 'true'])
-def test_an_event_of_no_known_type_is_left_out(domain, autokey):
+def test_an_event_of_an_invalid_type_is_left_out(domain, autokey):
     """Anybody can publish one; the wind goes on, and hears the others of the same message."""
     with Bench(domain, 'paused:=true', f'autokey:={autokey}') as bench:
         bench.step()
@@ -345,12 +345,13 @@ def test_the_first_line_says_whether_frames_wait(domain, capfd, pace, said):
         assert said in capfd.readouterr().err
 
 
-def test_a_slow_wind_names_who_is_still_starting(domain, capfd):
+def test_a_wind_without_a_processor_names_who_is_still_starting(domain, capfd):
     """While others compile it gets no processor itself; that is not all that stands still."""
     with Bench(domain, 'resend_after:=0.05') as bench:
         bench.node._send_due(time.monotonic())
         time.sleep(0.2)
         bench.node._send_due(time.monotonic())
-        bench.node._missed_frames.report(30.0)
+        bench.node._report()
         said = capfd.readouterr().err
-        assert 'the wind itself was too slow; still waiting for renderer (no such' in said
+        assert 'the machine was busy with other processes; still waiting for renderer (no such' \
+            in said

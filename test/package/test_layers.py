@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What imports what: nothing that stands higher, and nothing of ROS below the nodes."""
+"""What imports what: each room only those below it, and nothing of ROS below `ros`."""
 import ast
 import importlib.util
 from pathlib import Path
@@ -22,20 +22,28 @@ import sys
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-ROOMS = (
-    ('jit', 'parameters', 'parallel'),
-    ('animation', 'cloth', 'drawing', 'protocol'),
-    ('declarations',),
-    ('ros',),
-    ('nodes',),
-    ('study', 'tools'))
-"""The folders of the package from the lowest up: what stands higher imports what stands lower."""
-BELOW = {'jit': (), 'parameters': (), 'parallel': ('jit',), 'protocol': ('parameters',)}
-"""Of these rooms alone, what they may import beside themselves."""
-ROS = ('ros', 'nodes', 'tools')
-MODULES = sorted(path for path in (ROOT / 'flag_sim').rglob('*.py')
-                 if path.relative_to(ROOT).parts[1] not in ROS)
+LIBRARY = ('cloth', 'drawing', 'jit', 'parallel', 'parameters')
+ROOMS = {
+    '': (),  # flag_sim/__init__.py
+    'jit': (),
+    'parallel': ('jit',),
+    'parameters': (),
+    'animation': ('parameters',),
+    'cloth': ('jit', 'parallel', 'parameters'),
+    'drawing': ('jit', 'parallel', 'parameters'),
+    'protocol': (),
+    'declarations': (*LIBRARY, 'animation', 'protocol'),
+    'ros': ('animation', 'declarations', 'drawing', 'jit', 'parameters', 'protocol'),
+    'nodes': (*LIBRARY, 'animation', 'declarations', 'protocol', 'ros'),
+    'study': (*LIBRARY, 'animation', 'declarations'),
+    'tools': ('parameters', 'protocol'),
+}
+"""Of every folder of the package, the others that it may import."""
+WITH_ROS = ('ros', 'nodes')
+"""The folders that need ROS to be imported."""
 ALL = sorted((ROOT / 'flag_sim').rglob('*.py'))
+PURE = [path for path in ALL if path.relative_to(ROOT).parts[1] not in WITH_ROS]
+NODES = ('wind', 'physics', 'renderer', 'recorder', 'player')
 
 
 def is_ros(module):
@@ -65,7 +73,16 @@ def imports(path):
     return names
 
 
-@pytest.mark.parametrize('path', MODULES, ids=dotted)
+def test_the_rooms_have_an_order():
+    """Each may import only rooms that may not import it, not even by way of others."""
+    heights = {}
+    for _ in ROOMS:
+        heights |= {room: 1 + max((heights[name] for name in below), default=0)
+                    for room, below in ROOMS.items() if all(name in heights for name in below)}
+    assert heights.keys() == ROOMS.keys()
+
+
+@pytest.mark.parametrize('path', PURE, ids=dotted)
 def test_no_ros(path):
     assert not [name for name in imports(path) if is_ros(name)]
 
@@ -73,23 +90,21 @@ def test_no_ros(path):
 @pytest.mark.parametrize('path', ALL, ids=dotted)
 def test_nothing_beside_or_above(path):
     room = (dotted(path).split('.') + [''])[1]
-    height = next((height for height, rooms in enumerate(ROOMS) if room in rooms), None)
-    assert height is not None or not room, f'{room} has no place among the rooms'
-    below = {name for rooms in ROOMS[:height] for name in rooms} if room else ()
-    allowed = {room, *BELOW.get(room, below)}
+    assert room in ROOMS, f'{room} has no place among the rooms'
+    allowed = {room, *ROOMS[room]}
     assert not [name for name in imports(path)
                 if name.startswith('flag_sim.') and name.split('.')[1] not in allowed]
 
 
-def test_study_needs_no_ros():
-    assert not [name for path in ALL if path.relative_to(ROOT).parts[1] == 'study'
-                for name in imports(path)
-                if name.startswith(('flag_sim.ros', 'flag_sim.nodes'))]
+def test_nodes_are_nodes_alone():
+    """What they share or compute stands in another room."""
+    found = {path.stem for path in (ROOT / 'flag_sim' / 'nodes').glob('*.py')}
+    assert found == {'__init__', *NODES}
 
 
 def test_imports_where_there_is_no_ros():
     hide = 'import importlib, sys; sys.modules["rclpy"] = None; '  # None: importing it fails
-    modules = [dotted(path) for path in MODULES]
+    modules = [dotted(path) for path in PURE]
     done = subprocess.run(
         [sys.executable, '-c', hide + f'[importlib.import_module(name) for name in {modules}]'],
         cwd=ROOT, capture_output=True, text=True)

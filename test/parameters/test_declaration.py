@@ -14,21 +14,10 @@
 
 """Parameters: what is accepted, what is refused, and that all places agree on them."""
 import array
-import inspect
 import math
 import re
 
-from flag_sim.cloth import Cloth
-from flag_sim.cloth.material import Air, LAWS, Material
-from flag_sim.cloth.mesh import PRECISIONS
-from flag_sim.cloth.solvers import SOLVERS
-from flag_sim.cloth.stability import Stepping
-from flag_sim.declarations.making import air_of, CLOTH, look_of, material_of, stepping_of
-from flag_sim.declarations.nodes import defaults, named, NODES
-from flag_sim.drawing.camera import Camera
-from flag_sim.drawing.shading import Light
-from flag_sim.drawing.shapes import Dimensions
-from flag_sim.drawing.style import Materials, SAMPLES, Style
+from flag_sim.declarations.nodes import NODES
 from flag_sim.parameters import checks
 from flag_sim.parameters.declaration import Declaration
 from flag_sim.study.search import CHOSEN
@@ -142,29 +131,6 @@ def test_defaults_obey_their_own_rules(node):
     assert len(set(names)) == len(names)
     for declaration in NODES[node]:
         assert declaration.accept(declaration.default) == declaration.default
-
-
-def test_every_solver_law_precision_and_number_of_samples_can_be_chosen():
-    """The choices of the node are those of the library."""
-    physics = named('physics')
-    assert set(physics['solver'].choices) == set(SOLVERS)
-    assert set(physics['air.law'].choices) == set(LAWS)
-    assert physics['precision'].choices == PRECISIONS
-    renderer = named('renderer')
-    assert renderer['samples'].choices == SAMPLES
-
-
-def test_defaults_are_those_of_the_library():
-    """The nodes and the classes below them start from the same values."""
-    physics = defaults('physics')
-    assert material_of(physics) == Material()
-    assert air_of(physics) == Air()
-    assert stepping_of(physics) == Stepping()
-    cloth = inspect.signature(Cloth).parameters
-    for declaration, argument in CLOTH.items():
-        assert cloth[argument].default == physics[declaration], declaration
-    renderer = defaults('renderer')
-    assert look_of(renderer) == (Camera(), Light(), Materials(), Dimensions(), Style())
 
 
 def test_what_tune_chooses_can_be_set():

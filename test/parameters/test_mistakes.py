@@ -73,10 +73,10 @@ def test_what_is_made_once_cannot_be_changed(thing, known):
 
 
 @pytest.mark.parametrize('arguments, said', [
-    ({'rows': '21'}, "rows must be a number, not '21'"),
-    ({'rows': True}, 'rows must be a number, not True'),
-    ({'rows': [21]}, 'rows must be a number, not [21]'),
-    ({'columns': None}, 'columns must be a number, not None'),
+    ({'rows': '21'}, "rows must be a whole number from 2 to 1001 [nodes], not '21'"),
+    ({'rows': True}, 'rows must be a whole number from 2 to 1001 [nodes], not True'),
+    ({'rows': [21]}, 'rows must be a whole number from 2 to 1001 [nodes], not [21]'),
+    ({'columns': None}, 'columns must be a whole number from 2 to 1001 [nodes], not None'),
     ({'length': -1}, 'length must be between 0.001 and 10000, not -1'),
     ({'width': np.array([1.0])}, 'width must be a number, not array([1.])'),
     ({'pinned': 'no'}, "pinned must be True or False, not 'no'"),
@@ -88,17 +88,17 @@ def test_what_is_made_once_cannot_be_changed(thing, known):
     ({'material': Air()}, 'material must be of class Material'),
     ({'air': ''}, "air must be of class Air, not ''"),
     ({'stepping': False}, 'stepping must be of class Stepping, not False'),
-    ({'gravity': True}, 'gravity must be a number, not True'),
+    ({'gravity': True}, 'gravity must be a number from 0 to 1000 [m/s2], not True'),
     ({'gravity': 10**400}, 'gravity must be a number'),
     ({'gravity': 9.81 + 0j}, 'gravity must be a number'),
-    ({'stretch_limit': 'no'}, "stretch_limit must be a number, not 'no'"),
+    ({'stretch_limit': 'no'}, "stretch_limit must be a number from 0 to 1e+06, not 'no'"),
     ({'pole': 0.05}, 'pole must have shape (3,), not ()'),
     ({'pole': (0.0, 0.0, -0.1)}, 'radius of the pole must be greater than 0, not -0.1'),
     ({'precision': 64}, 'precision must be one of float64, float32, not 64'),
     ({'solver': None}, 'solver must be one of'),
-    ({'threads': -1}, 'threads must be between 0 and 64, not -1'),
-    ({'threads': 1.5}, 'threads must be a whole number, not 1.5'),
-    ({'threads': True}, 'threads must be a number, not True')], ids=str)
+    ({'threads': -1}, 'threads must be a whole number from 0 to 64, not -1'),
+    ({'threads': 1.5}, 'threads must be a whole number from 0 to 64, not 1.5'),
+    ({'threads': True}, 'threads must be a whole number from 0 to 64, not True')], ids=str)
 def test_a_cloth_is_not_made_of_what_it_cannot_be(arguments, said):
     """Each by the name of the argument, with the value."""
     with pytest.raises(ValueError) as error:
@@ -121,8 +121,8 @@ def test_a_cloth_is_not_made_of_what_it_cannot_be(arguments, said):
     (lambda c: c.place(np.zeros((4, 3, 3))), 'positions must have shape (3, 4, 3)'),
     (lambda c: c.place(np.zeros((3, 4, 3), bool)), 'positions must hold numbers'),
     (lambda c: c.place(c.positions, 0.0), 'velocities must have shape (3, 4, 3), not ()'),
-    (lambda c: c.regrid(1, 4), 'rows must be between 2 and'),
-    (lambda c: c.regrid(3, 2.5), 'columns must be a whole number, not 2.5'),
+    (lambda c: c.regrid(1, 4), 'rows must be a whole number from 2 to 1001 [nodes], not 1'),
+    (lambda c: c.regrid(3, 2.5), 'columns must be a whole number from 2 to 1001 [nodes], not 2.5'),
     (lambda c: c.hang((0, 0), 1.0, 1.0), 'hoist_top must have shape (3,), not (2,)'),
     (lambda c: c.hang((0, 0, 1), 1.0, '1'), "width must be a number, not '1'"),
     (lambda c: setattr(c, 'precision', np.zeros(3)), 'precision must be one of'),
@@ -153,10 +153,10 @@ def test_no_field_takes_what_is_no_quantity(kind, value):
     (lambda: Timeline({'a': TRACK}, loop='no'), "loop must be True or False, not 'no'"),
     (lambda: TRACK.at(math.nan), 'time must be finite, not nan'),
     (lambda: Timeline({'a': TRACK}).value('a', math.inf), 'time must be finite, not inf'),
-    (lambda: Gusts('long', 0), "length must be a number, not 'long'"),
-    (lambda: Gusts(math.nan, 0), 'length must be finite, not nan'),
-    (lambda: Gusts(5.0, -1), 'seed must be between 0 and'),
-    (lambda: Gusts(5.0, 0.5), 'seed must be a whole number, not 0.5'),
+    (lambda: Gusts('long', 0), "length must be a number from 0.01 to 10000 [m], not 'long'"),
+    (lambda: Gusts(math.nan, 0), 'length must be a number from 0.01 to 10000 [m], not nan'),
+    (lambda: Gusts(5.0, -1), 'seed must be a whole number from 0 to 2147483647, not -1'),
+    (lambda: Gusts(5.0, 0.5), 'seed must be a whole number from 0 to 2147483647, not 0.5'),
     (lambda: Gusts(5.0, 0).at(math.nan), 'distance must be finite, not nan'),
     (lambda: wind_vector('fast', 0.0, 0.0), "speed must be a number, not 'fast'"),
     (lambda: wind_vector(1.0, math.nan, 0.0), 'azimuth must be finite, not nan'),

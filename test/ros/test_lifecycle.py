@@ -208,7 +208,7 @@ def test_a_second_take_in_a_bag_is_told_once(tmp_path, domain):
         assert '3 takes' in graph.log('recorder')
 
 
-def test_a_recorder_survives_a_stamp_that_no_bag_holds(tmp_path, domain):
+def test_a_recorder_survives_an_invalid_stamp(tmp_path, domain):
     """A message typed with a time before 0 is told of and left out; the next one is recorded."""
     with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
         out, done = watcher.publisher('keyframe'), watcher.listen('frame_done')

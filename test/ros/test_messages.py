@@ -14,15 +14,12 @@
 
 """Arrays to messages and back."""
 from flag_sim.drawing.camera import Camera
-from flag_sim.protocol.frames import FrameId
 from flag_sim.ros import messages
 import numpy as np
 import pytest
-from rcl_interfaces.msg import ParameterEvent
-from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import PointField
 
-FRAME = FrameId(stamp=1_500_000_001, take=7, index=45, oldest=43)
+STAMP = 1_500_000_001  # [ns]
 
 
 @pytest.fixture
@@ -34,11 +31,11 @@ def grid():
 
 def test_a_cloud_is_organised_and_dense(grid):
     """Height is rows, width is columns, row 0 comes first."""
-    message = messages.cloud_message(FRAME.stamp, *grid)
+    message = messages.cloud_message(STAMP, *grid)
     assert (message.height, message.width, message.is_dense) == (3, 5, True)
     assert [field.name for field in message.fields] == list(messages.CLOUD_FIELDS)
     assert (message.header.frame_id, messages.to_stamp(message.header.stamp)) == (
-        'world', FRAME.stamp)
+        'world', STAMP)
     points = np.frombuffer(message.data, np.float32).reshape(3, 5, 6)
     assert np.array_equal(points[2, 1, :3], grid[0][2, 1])
 
@@ -103,11 +100,11 @@ def test_a_cloud_that_is_not_finite_is_refused(grid, value):
 def test_images_hold_their_pixels():
     """Rows are whole and in order, in both encodings."""
     rgb = np.arange(4 * 6 * 3, dtype=np.uint8).reshape(4, 6, 3)
-    image = messages.image_message(FRAME.stamp, rgb)
+    image = messages.image_message(STAMP, rgb)
     assert (image.height, image.width, image.step, image.encoding) == (4, 6, 18, 'rgb8')
     assert np.array_equal(np.array(image.data).reshape(rgb.shape), rgb)
     depth = np.full((4, 6), np.inf, np.float32)
-    image = messages.depth_message(FRAME.stamp, depth)
+    image = messages.depth_message(STAMP, depth)
     assert (image.step, image.encoding, image.header.frame_id) == (
         24, '32FC1', 'camera_optical_frame')
     assert np.array_equal(np.frombuffer(image.data, np.float32).reshape(4, 6), depth)
@@ -116,58 +113,10 @@ def test_images_hold_their_pixels():
 def test_camera_info_is_the_cameras():
     """K and P are the camera's own; an orthographic one is no pinhole."""
     camera = Camera(width=320, height=200)
-    info = messages.camera_info_message(FRAME.stamp, camera)
+    info = messages.camera_info_message(STAMP, camera)
     assert np.array_equal(info.k, camera.K.ravel())
     assert np.array_equal(info.p, camera.P.ravel())
     assert (info.width, info.height) == (320, 200)
     info = messages.camera_info_message(0, Camera(projection='orthographic', scale=2.0))
     assert not np.any(info.k)
     assert info.p[0] == 480 / 2.0
-
-
-def test_parameters_come_back():
-    """A frame, its wind and keyed values survive the wire."""
-    keyed = {'physics.stiffness': 12.5, 'renderer.width': 320, 'renderer.pole.visible': False,
-             'renderer.shading': 'flat'}
-    message = messages.parameters_message('/wind', FRAME, np.array([1.0, -2.0, 0.5]), keyed)
-    frame, wind, values = messages.read_parameters(message)
-    assert (frame, values) == (FRAME, keyed)
-    assert np.array_equal(wind, [1.0, -2.0, 0.5])
-
-
-def test_one_message_carries_one_frame_after_another():
-    """Also when the keyed parameters are others than before, and when a frame is sent again."""
-    frame_message = messages.FrameMessage('/wind')
-    first = {'physics.stiffness': 12.5, 'renderer.shading': 'flat'}
-    for frame, wind, keyed in (
-            (FRAME, [1.0, 0.0, 0.0], first),
-            (FRAME._replace(index=48, stamp=1), [2.0, 0.0, 0.0], {**first, 'renderer.width': 7}),
-            (FRAME._replace(index=49), [3.0, 0.0, 0.0], {'renderer.outline': True}),
-            (FRAME._replace(oldest=45), [1.0, 0.0, 0.0], first)):
-        message = frame_message.fill(frame, wind, keyed)
-        found, blowing, values = messages.read_parameters(deserialize_message(
-            serialize_message(message), ParameterEvent))
-        assert (found, values) == (frame, keyed)
-        assert np.array_equal(blowing, wind)
-
-
-@pytest.mark.parametrize('wind', [[1.0, 2.0], [1.0, 2.0, float('nan')], [], [float('inf')] * 3])
-def test_parameters_without_a_sane_wind_are_refused(wind):
-    """Three finite numbers it must be."""
-    with pytest.raises(ValueError, match='wind must be'):
-        messages.read_parameters(messages.parameters_message('/wind', FRAME, wind, {}))
-
-
-def test_parameters_of_a_type_that_does_not_exist_are_refused():
-    """The number of the type is named."""
-    message = messages.parameters_message('/wind', FRAME, np.zeros(3), {})
-    message.changed_parameters[0].value.type = 77
-    with pytest.raises(ValueError, match='77'):
-        messages.read_parameters(message)
-
-
-def test_parameters_with_an_impossible_tag_are_refused():
-    """The oldest frame in flight cannot be younger than the frame."""
-    message = messages.parameters_message('/wind', FRAME._replace(oldest=46), np.zeros(3), {})
-    with pytest.raises(ValueError, match='frame.oldest 46'):
-        messages.read_parameters(message)

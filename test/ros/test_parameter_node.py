@@ -22,6 +22,7 @@ from flag_sim.tools.graph import Graph
 import numpy as np
 import pytest
 import rclpy
+from support.frames import parameters_message
 from support.watch import eventually, Watcher
 
 
@@ -140,9 +141,9 @@ def test_bad_messages_are_refused_and_the_nodes_live(running):
     images = watcher.listen('camera/image_raw')
     flat = np.zeros((2, 2, 3))
     frame = FrameId(0, 1, 0, 0)
-    bad_wind = messages.parameters_message('/x', frame, [np.nan] * 3, {})
-    bad_key = messages.parameters_message('/x', frame, np.zeros(3), {'physics.stiffness': -4.0})
-    good = messages.parameters_message('/x', frame, np.zeros(3), {})
+    bad_wind = parameters_message('/x', frame, [np.nan] * 3, {})
+    bad_key = parameters_message('/x', frame, np.zeros(3), {'physics.stiffness': -4.0})
+    good = parameters_message('/x', frame, np.zeros(3), {})
     bad_cloud = messages.cloud_message(0, flat * np.nan, flat)
 
     # A message may be sent before its reader knows the writer, so it is sent until it is heard.

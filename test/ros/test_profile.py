@@ -17,8 +17,8 @@ import os
 import subprocess
 import sys
 
-from flag_sim.ros.config import config_path
-from flag_sim.ros.lifecycle import bring_profile
+from flag_sim.parameters.config import config_path
+from flag_sim.ros.lifecycle import set_dds_profile
 import pytest
 
 OURS = str(config_path('fastdds.xml'))
@@ -38,8 +38,8 @@ def nothing_is_chosen(monkeypatch, tmp_path):
 
 
 def brought():
-    """Return what bring_profile sets the variable of Fast DDS to, or leaves it at."""
-    bring_profile()
+    """Return what set_dds_profile sets the variable of Fast DDS to, or leaves it at."""
+    set_dds_profile()
     return os.environ.get('FASTDDS_DEFAULT_PROFILES_FILE')
 
 
@@ -69,10 +69,10 @@ def test_a_profile_in_the_working_directory_wins(tmp_path, name):
 
 
 LARGEST_SEGMENT = """
-from flag_sim.ros.lifecycle import bring_profile
+from flag_sim.ros.lifecycle import set_dds_profile
 import os, re
 import rclpy
-bring_profile()
+set_dds_profile()
 with rclpy.init():
     node = rclpy.create_node('n')
     print(max(int(end, 16) - int(begin, 16) for begin, end in re.findall(

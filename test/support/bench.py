@@ -17,6 +17,7 @@ from flag_sim.nodes.physics import Physics
 from flag_sim.protocol.frames import FrameId
 from flag_sim.ros import messages
 from rclpy.parameter import Parameter
+from support.frames import parameters_message
 
 WIND = (6.0, 2.0, 0.5)
 SENDER = {'publisher_gid': {'data': [0] * 16}}
@@ -52,7 +53,7 @@ class Bench:
         """Return the `parameters` message of the take's next frame, at a time [s]."""
         frame = FrameId(round(time * 1e9), 1, self._index, self._index)
         self._index += 1
-        return messages.parameters_message('/wind', frame, wind, keyed or {})
+        return parameters_message('/wind', frame, wind, keyed or {})
 
     def frame(self, time, wind=WIND, keyed=None):
         """Play a frame at a time [s]; return the positions (rows, columns, 3) [m], or None."""

@@ -20,7 +20,7 @@ import random
 import threading
 import time
 
-from flag_sim.ros.lifecycle import bring_profile
+from flag_sim.ros.lifecycle import set_dds_profile
 from flag_sim.ros.topics import publish
 import rclpy
 from rclpy.context import Context
@@ -44,7 +44,7 @@ class Relay:
     """
 
     def __init__(self, domain, topics, chance, longest, seed):
-        bring_profile()
+        set_dds_profile()
         self._context = Context()
         rclpy.init(context=self._context, domain_id=domain)
         self._node = Node('relay', context=self._context)

@@ -16,7 +16,7 @@
 import contextlib
 import time
 
-from flag_sim.ros.lifecycle import bring_profile
+from flag_sim.ros.lifecycle import set_dds_profile
 from flag_sim.ros.parameter_node import to_parameter
 from flag_sim.ros.topics import publish, subscribe
 import rclpy
@@ -37,7 +37,7 @@ class Watcher:
     """A node in a ROS context and a domain of its own; it is spun while it waits."""
 
     def __init__(self, domain):
-        bring_profile()
+        set_dds_profile()
         self._context = Context()
         rclpy.init(context=self._context, domain_id=domain)
         self.node = Node('watcher', context=self._context)

@@ -19,7 +19,7 @@ import subprocess
 import sys
 import time
 
-from flag_sim.ros.config import config_path
+from flag_sim.parameters.config import config_path
 from flag_sim.tools import demo
 from PIL import Image
 import pytest
@@ -29,7 +29,7 @@ import yaml
 @pytest.mark.parametrize('shot, said', [
     ('nix', "no shot 'nix' in config/; there are: calm, flight, gust, storm, sunrise, turn"),
     ('preview', 'preview.yaml is not a shot: it has no number of frames')])
-def test_what_is_no_shot_is_refused_with_those_that_are(capsys, shot, said):
+def test_an_invalid_shot_is_refused_with_the_names_of_the_valid_ones(capsys, shot, said):
     """Presets and the profile of the network are in the same folder and none of them."""
     with pytest.raises(SystemExit):
         demo.main(['--shot', shot])

@@ -64,7 +64,8 @@ class Euler(Solver):
     The method that textbooks begin with, kept to show why the others exist.
 
     First order. Unstable by nature: it feeds energy into every mode that nothing damps, such as
-    waves across a taut sheet, at the rate dt omega^2 / 2. A frame where that ends badly is refused.
+    waves across a taut sheet, at the rate dt omega^2 / 2. Where that ends badly a frame is
+    refused.
     """
 
     order = 1

@@ -21,7 +21,7 @@ from flag_sim.cloth.forces import Coefficients, set_forces
 from flag_sim.cloth.material import Air
 from flag_sim.cloth.mesh import Mesh
 from flag_sim.cloth.model import Model
-from flag_sim.cloth.records import Field, Nodes
+from flag_sim.cloth.records import Field
 from flag_sim.cloth.solvers.conjugate import solve
 from flag_sim.cloth.solvers.elementwise import (
     add, copy, dot, fill, norm2, scale, set_difference, set_sum)
@@ -199,10 +199,11 @@ class Implicit(Solver):
     end early. It pays for that with its motion: a wave of frequency omega fades at the rate
     h omega^2 / 2, so that long steps still the cloth, and short waves go first.
 
-    Where forces balance its steps leave no error, however long; for motion there is no cloth that
-    it is the cheapest for. An iteration costs what a step of symplectic does, and a frame takes
-    about as many, since they grow with h omega as well: at 1e5 N/m and 61 x 41 nodes 2,300 in ten
-    steps to 1/30 s, where symplectic takes 1,300 steps.
+    What it is for: to check the others. Where forces balance its steps leave no error, however
+    long; for motion there is no cloth that it is the cheapest for, and no preset uses it. An
+    iteration costs what a step of symplectic does, and a frame takes about as many, since they
+    grow with h omega as well: at 1e5 N/m and 61 x 41 nodes 2,300 in ten steps to 1/30 s, where
+    symplectic takes 1,300 steps.
     """
 
     order = 1

@@ -13,20 +13,21 @@
 # limitations under the License.
 
 """
-Bending for position-based dynamics: all curvatures of a line are projected at once, by elimination.
+Bending for position-based dynamics: all curvatures of a line are projected at once.
 
-Projected one after the other, stiff curvatures give way to their neighbours, and the sheet is the limper
-the finer its grid is. Bending is quadratic in the positions: curvatures D x of constants s = h^2 b
-end a step at x - W D^T p, W the inverse masses, with the Lagrange multipliers p [kg m] (Macklin,
-Mueller, Chentanez, XPBD, 2016, (18), times s) of
+Projected one after the other, stiff curvatures give way to their neighbours, and the sheet is the
+limper the finer its grid is. Bending is quadratic in the positions: curvatures D x of constants s
+= h^2 b end a step at x - W D^T p, W the inverse masses, with the Lagrange multipliers p [kg m]
+(Macklin, Mueller, Chentanez, XPBD, 2016, (18), times s) of
 
     (1 + s D W D^T) p = s D x.
 
 Second differences along a line make that a matrix of five diagonals, whose elimination needs no
 pivots; it is the same for all steps of a frame.
 
-The twists T x of all cells are projected at once, too. Inverse masses are products w(row) w(column), so
-T W T^T is A C, with A of three diagonals along the rows and C of three down the columns, and
+The twists T x of all cells are projected at once, too. Inverse masses are products w(row)
+w(column), so T W T^T is A C, with A of three diagonals along the rows and C of three down the
+columns, and
 
     (1 + r A) (1 + r C) = 1 + s T W T^T + r (A + C),    r^2 = s.
 

@@ -134,5 +134,6 @@ class RK4(Solver):
         half disc of radius RADIUS all is stable; the drag's rate is given in steps.
         """
         by_waves = RADIUS / omega if omega > 0.0 else math.inf
-        by_damping = (RADIUS - air.greatest_rate(cls.drag_order)) / gamma if gamma > 0.0 else math.inf
+        room = RADIUS - air.greatest_rate(cls.drag_order)
+        by_damping = room / gamma if gamma > 0.0 else math.inf
         return min(by_waves, by_damping)

@@ -96,5 +96,5 @@ class Seed(Solver):
 
     @classmethod
     def stable_step(cls, omega: float, gamma: float, air: Air) -> float:
-        """Return 0 in the wind: cloth that flees it by metres per step hardly weakens its force."""
+        """Return 0 in wind: cloth that flees it by metres per step hardly weakens its force."""
         return 0.0 if air.drag > 0.0 else cls.largest_step(omega, gamma, air)

@@ -33,7 +33,7 @@ ONE_THREAD = ThreadPool(1)
 
 class Solver(abc.ABC):
     """
-    A method that steps a Model through time: a subclass in a file of its own, and a line in SOLVERS.
+    A method that steps a Model through time: a subclass in its own file, and a line in SOLVERS.
 
     Only the caller advances time: a solver keeps nothing of the motion from one call to the next.
 
@@ -60,7 +60,7 @@ class Solver(abc.ABC):
     @property
     @abc.abstractmethod
     def order(self) -> int:
-        """Of the method: its error after a given time is as step^order. An attribute of a class."""
+        """Of the method: its error after a given time is as step^order. A class attribute."""
 
     @property
     @abc.abstractmethod
@@ -68,8 +68,7 @@ class Solver(abc.ABC):
         """
         To which order in the step the wind's drag is kept from overshooting; 1, 2 or 4.
 
-        No lower than the method's own, or drag would spoil that; see pressure. An attribute of a
-        class.
+        No lower than the method's own, or drag would spoil that; see pressure. A class attribute.
         """
 
     @staticmethod

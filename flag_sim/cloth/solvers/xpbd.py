@@ -16,6 +16,7 @@
 import math
 from typing import NamedTuple
 
+from flag_sim.cloth.aerodynamics import Wind
 from flag_sim.cloth.bending import add_bending_forces, set_moments
 from flag_sim.cloth.collision import collide
 from flag_sim.cloth.forces import Coefficients, set_forces
@@ -39,6 +40,13 @@ LONGEST = 4.0
 """Longest step, times the cloth's greatest frequency: see XPBD."""
 TENSEST = 0.25
 """Greatest tension over a spring's length, times h^2 over a node's mass: see XPBD."""
+DRAG_ORDER = 2
+"""
+To which drag is kept from overshooting.
+
+Over steps as long as these, one of order 1 would be too weak where the wind only holds the cloth
+up and changes no velocity.
+"""
 
 
 class Scratch(NamedTuple):
@@ -140,8 +148,11 @@ def _take_steps(nodes, nodes_out, sheet, coefficients, work, scratch, steps, ban
     springs, bend = coefficients.springs, coefficients.bend
     zero = number(0.0)
     none = (zero, zero, zero)
-    outside = Coefficients(Springs(none, none, springs.rest), none, coefficients.gravity,
-                           coefficients.wind, coefficients.node_damping, coefficients.limits)
+    blowing = coefficients.wind
+    # The order is that of coefficients, but known when this is compiled: that saves a rounding.
+    wind = Wind(blowing.velocity, blowing.drag, blowing.drag_rate, blowing.law, DRAG_ORDER)
+    outside = Coefficients(Springs(none, none, springs.rest), none, coefficients.gravity, wind,
+                           coefficients.node_damping, coefficients.limits)
     families = _families(sheet.weights, springs, dt, band.stride)
     h2 = dt * dt
     bend_h2 = (h2 * bend[0], h2 * bend[1], h2 * bend[2])
@@ -178,9 +189,9 @@ class XPBD(Solver):
     """
     One symmetric sweep over all curvatures and lines of springs in each of many small steps.
 
-    First order. Springs act implicitly along themselves, explicitly across. Constraints are projected
-    with compliance (Macklin, Mueller, Chentanez, XPBD, 2016; Macklin et al., Small Steps in
-    Physics Simulation, 2019), all springs of a line together (Deul, Kugelstadt, Weiler, Bender,
+    First order. Springs act implicitly along themselves, explicitly across. Constraints are
+    projected with compliance (Macklin, Mueller, Chentanez, XPBD, 2016; Macklin et al., Small Steps
+    in Physics Simulation, 2019), all springs of a line together (Deul, Kugelstadt, Weiler, Bender,
     Direct Position-Based Solver for Stiff Rods, 2018). What a sweep finds is put together so that
 
     - angular momentum is kept: springs keep the direction that they have at the step's beginning,
@@ -200,9 +211,7 @@ class XPBD(Solver):
     """
 
     order = 1
-    # Over steps as long as these, a drag of order 1 would be too weak where the wind only holds
-    # the cloth up and changes no velocity.
-    drag_order = 2
+    drag_order = DRAG_ORDER
     useful_step = 1.0 / 600.0
     take_steps = staticmethod(_take_steps)
 

@@ -21,6 +21,7 @@ from flag_sim.cloth import Cloth
 from flag_sim.cloth.aerodynamics import add_pressure_forces, set_face_forces
 from flag_sim.cloth.records import Nodes
 from flag_sim.cloth.solvers.symplectic import Symplectic
+from flag_sim.cloth.stepper import Stepper
 from flag_sim.declarations.making import hang_of
 from flag_sim.study.measures.reference import on_grid
 from flag_sim.study.measures.settings import changed, defaults, Settings
@@ -63,7 +64,7 @@ class TrueWind(Symplectic):
 
 def in_true_wind(cloth: Cloth) -> Cloth:
     """Let a cloth step by TrueWind from now on, until its solver or material is changed."""
-    cloth._solver = TrueWind(cloth.model)
+    cloth._stepper = Stepper(cloth.mesh, cloth.material, TrueWind)
     return cloth
 
 

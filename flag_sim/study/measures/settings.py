@@ -14,7 +14,10 @@
 
 """The settings of a run: {parameter: value} of all three nodes in one, and changes of them."""
 from flag_sim.declarations.making import look_of
-from flag_sim.declarations.nodes import PHYSICS, RENDERER, SCENE, WIND
+from flag_sim.declarations.physics import PHYSICS
+from flag_sim.declarations.renderer import RENDERER
+from flag_sim.declarations.scene import SCENE
+from flag_sim.declarations.wind import WIND
 from flag_sim.drawing import Picture
 import numpy as np
 
@@ -36,10 +39,8 @@ WIND_DEFAULTS = {name: default for name, default in _defaults(WIND).items()
 
 DEFAULTS = {
     'wind': WIND_DEFAULTS,
-    'physics': {**{name: _defaults(SCENE)[name] for name in CLOTH_SIZES},
-                **_defaults(PHYSICS, but=['max_gap', 'preroll'])},
-    'renderer': {**_defaults(SCENE, but=CLOTH_SIZES), **_defaults(RENDERER, but=['threads']),
-                 'drawing.threads': 1},
+    'physics': _defaults(PHYSICS, but=['max_gap', 'preroll', *_defaults(SCENE, CLOTH_SIZES)]),
+    'renderer': {**_defaults(RENDERER, but=['threads', *CLOTH_SIZES]), 'drawing.threads': 1},
 }
 """
 {node: {parameter: default}}: all that a frame depends on.

@@ -75,8 +75,8 @@ class Sheet:
         self.share_across = np.ones((case.rows, 1))
         self.share_down = np.ones((1, case.columns))
         self.share_across[[0, -1]] = self.share_down[:, [0, -1]] = 0.5
-        self.drag = coefficients.drag
-        self.hold = case.dt * coefficients.drag_rate
+        self.drag = coefficients.wind.drag
+        self.hold = case.dt * coefficients.wind.drag_rate
         self.bend = model.bend
         self.bend_stiffness = case.material.bend_stiffness
         self.gravity = forcing.gravity

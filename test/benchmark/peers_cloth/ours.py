@@ -14,7 +14,7 @@
 
 """This package's own cloth, through its public call."""
 from flag_sim.cloth.simulation import Cloth
-from flag_sim.cloth.stability import Stepping
+from flag_sim.cloth.stepping import Stepping
 
 from peers_cloth.case import HOIST_TOP, LENGTH, WIDTH
 

@@ -12,15 +12,15 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What lasts is told when it begins and when it is over."""
-from flag_sim.ros.hysteresis import Hysteresis
+"""A condition is told when it begins and when it is over."""
+from flag_sim.protocol.hysteresis import Hysteresis
 
 
 def told(frames, dt=0.5):
     """Return what is told of frames in which a condition holds (1) or does not (0)."""
     hysteresis = Hysteresis(2.0)
     words = {(False, False): '.', (True, False): 'B', (False, True): 'E'}
-    return ''.join(words[hysteresis.see(holds == '1', dt)] for holds in frames)
+    return ''.join(words[hysteresis.update(holds == '1', dt)] for holds in frames)
 
 
 def test_it_begins_at_once_and_is_over_after_two_seconds_without():

@@ -27,13 +27,15 @@ import socket
 import struct
 import termios
 
-PATIENCE = 5.0  # for a receiver that has not read ten notices [s]; what is said then is lost
-MOST_BYTES = 4096  # of a notice
+PATIENCE = 5.0
+"""For a receiver that has not read ten messages [s]; what is sent then is lost."""
+MOST_BYTES = 4096
+"""Of a message."""
 
 
-class Teller:
+class NotifySender:
     """
-    The sending end, in the process that was started; `is_wanted` tells whether anybody listens.
+    The end in the process that was started; `is_connected` tells whether anybody listens.
 
     Variables are those of sd_notify(3), or named X_FLAG_SIM_... A receiver that is gone hinders
     nobody.
@@ -56,38 +58,38 @@ class Teller:
         self._socket = sender
 
     @property
-    def is_wanted(self):
-        """Return whether somebody asked to be told."""
+    def is_connected(self) -> bool:
+        """Return whether somebody asked to be notified."""
         return self._socket is not None
 
-    def tell(self, **variables):
+    def send(self, **variables) -> None:
         """Send variables that must arrive."""
-        if self.is_wanted:
-            notice = ''.join(f'{name}={value}\n' for name, value in variables.items())
+        if self.is_connected:
+            message = ''.join(f'{name}={value}\n' for name, value in variables.items())
             with contextlib.suppress(OSError):
-                self._socket.send(notice.encode())
+                self._socket.send(message.encode())
 
-    def tell_news(self, **variables):
+    def send_progress(self, **variables) -> bool:
         """
         Send variables that newer ones will replace, if all that was sent before has been read.
 
         So they leave room in the receiver's queue for those that must arrive, also while it
         sleeps. Return whether they were sent.
         """
-        is_read = self.is_wanted and not self._unread_bytes()
+        is_read = self.is_connected and not self._unread_bytes()
         if is_read:
-            self.tell(**variables)
+            self.send(**variables)
         return is_read
 
     def _unread_bytes(self):
         return struct.unpack('i', fcntl.ioctl(self._socket, termios.TIOCOUTQ, bytes(4)))[0]
 
 
-class Notices:
+class NotifyReceiver:
     """
     The receiving end for one process; `address` is the NOTIFY_SOCKET that it is started with.
 
-    The kernel keeps what was told until it is read, so nothing is lost while the receiver sleeps.
+    The kernel keeps what was sent until it is read, so nothing is lost while the receiver sleeps.
     """
 
     def __init__(self):
@@ -95,20 +97,20 @@ class Notices:
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
         self._socket.bind('\0' + self.address[1:])
         self._socket.setblocking(False)
-        self._told = {}
+        self._variables: dict[str, str] = {}
 
-    def told(self):
-        """Return the latest of every variable that was told so far: {name: text}."""
+    def variables(self) -> dict[str, str]:
+        """Return the latest of every variable that was sent so far: {name: text}."""
         with contextlib.suppress(BlockingIOError):
             while True:
                 lines = self._socket.recv(MOST_BYTES).decode(errors='replace').splitlines()
-                self._told.update(line.split('=', 1) for line in lines if '=' in line)
-        return self._told
+                self._variables.update(line.split('=', 1) for line in lines if '=' in line)
+        return self._variables
 
-    def wait(self, seconds):
-        """Return at the next notice, or after so many seconds."""
+    def wait(self, seconds: float) -> None:
+        """Return at the next message, or after so many seconds."""
         select.select([self._socket], [], [], seconds)
 
-    def close(self):
-        """Hear no more."""
+    def close(self) -> None:
+        """Close the socket."""
         self._socket.close()

@@ -16,40 +16,40 @@
 import signal
 import socket
 
-from flag_sim.ros.notices import Notices, Teller
+from flag_sim.protocol.notify import NotifyReceiver, NotifySender
 from flag_sim.tools.graph import Graph, NotReady
 import pytest
 from support.watch import eventually, Watcher
 
 
 @pytest.fixture
-def notices(monkeypatch):
-    """Return the receiving end of what this process tells."""
-    receiver = Notices()
-    monkeypatch.setenv('NOTIFY_SOCKET', receiver.address)
-    yield receiver
-    receiver.close()
+def receiver(monkeypatch):
+    """Return the receiving end of what this process sends."""
+    end = NotifyReceiver()
+    monkeypatch.setenv('NOTIFY_SOCKET', end.address)
+    yield end
+    end.close()
 
 
-def test_what_was_told_is_heard(notices):
+def test_what_was_told_is_heard(receiver):
     """The latest of every variable, whenever it is asked for."""
-    teller = Teller()
-    assert teller.is_wanted and notices.told() == {}
-    teller.tell(READY=1)
-    teller.tell(STATUS='3 frames = 0.1 s', X_FLAG_SIM_FRAMES=3)
+    sender = NotifySender()
+    assert sender.is_connected and receiver.variables() == {}
+    sender.send(READY=1)
+    sender.send(STATUS='3 frames = 0.1 s', X_FLAG_SIM_FRAMES=3)
     expected = {'READY': '1', 'STATUS': '3 frames = 0.1 s', 'X_FLAG_SIM_FRAMES': '3'}
-    assert notices.told() == expected == notices.told()
+    assert receiver.variables() == expected == receiver.variables()
 
 
-def test_a_receiver_that_sleeps_hears_the_last_word(notices):
+def test_a_receiver_that_sleeps_hears_the_last_word(receiver):
     """However much was told meanwhile; news is left out rather than what must arrive."""
-    teller = Teller()
-    teller.tell(READY=1)
-    assert not any(teller.tell_news(X_FLAG_SIM_FRAMES=n) for n in range(100))
-    teller.tell(STOPPING=1, X_FLAG_SIM_FRAMES=100)
+    sender = NotifySender()
+    sender.send(READY=1)
+    assert not any(sender.send_progress(X_FLAG_SIM_FRAMES=n) for n in range(100))
+    sender.send(STOPPING=1, X_FLAG_SIM_FRAMES=100)
     # What finds no room is waited for and then lost: this found it.
-    assert notices.told() == {'READY': '1', 'STOPPING': '1', 'X_FLAG_SIM_FRAMES': '100'}
-    assert teller.tell_news(X_FLAG_SIM_FRAMES=101)
+    assert receiver.variables() == {'READY': '1', 'STOPPING': '1', 'X_FLAG_SIM_FRAMES': '100'}
+    assert sender.send_progress(X_FLAG_SIM_FRAMES=101)
 
 
 def test_a_socket_that_is_a_file_is_told_too(tmp_path, monkeypatch):
@@ -57,20 +57,20 @@ def test_a_socket_that_is_a_file_is_told_too(tmp_path, monkeypatch):
     monkeypatch.setenv('NOTIFY_SOCKET', str(tmp_path / 'notify'))
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as receiver:
         receiver.bind(str(tmp_path / 'notify'))
-        Teller().tell(READY=1)
+        NotifySender().send(READY=1)
         assert receiver.recv(100) == b'READY=1\n'
 
 
-def test_nobody_who_listens_hinders_nobody(notices, monkeypatch):
+def test_nobody_who_listens_hinders_nobody(receiver, monkeypatch):
     """No socket, one that is nowhere, or one that is gone."""
-    teller = Teller()
-    notices.close()
-    teller.tell(READY=1)
-    assert not Teller().is_wanted
+    sender = NotifySender()
+    receiver.close()
+    sender.send(READY=1)
+    assert not NotifySender().is_connected
     monkeypatch.delenv('NOTIFY_SOCKET')
-    teller = Teller()
-    teller.tell(READY=1)
-    assert not teller.is_wanted and not teller.tell_news(STATUS='')
+    sender = NotifySender()
+    sender.send(READY=1)
+    assert not sender.is_connected and not sender.send_progress(STATUS='')
 
 
 def test_nodes_tell_of_their_lives(tmp_path, domain):

@@ -13,8 +13,8 @@
 # limitations under the License.
 
 """Params files: shipped ones count in any namespace, and one that means nobody is told of."""
-from flag_sim.ros.config import config_path
-from flag_sim.ros.given_files import given_files, is_meant, keys_of
+from flag_sim.parameters.config import config_path
+from flag_sim.parameters.file_targets import given_files, is_meant, keys_of
 from flag_sim.tools.graph import Graph
 import pytest
 import rclpy

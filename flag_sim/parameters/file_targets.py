@@ -12,19 +12,20 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Params files that a node was given: whether anything in them is meant for it."""
-from pathlib import Path
+"""Which nodes a params file has parameters for."""
+from collections.abc import Sequence
 import re
 
-import yaml
+PARAMETERS = 'ros__parameters'
+"""The key under which a params file holds the parameters of a node."""
 
 
-def given_files(arguments):
+def given_files(arguments: Sequence[str]) -> list[str]:
     """Return the params files among a node's arguments."""
     return [after for before, after in zip(arguments, arguments[1:]) if before == '--params-file']
 
 
-def is_meant(key, node):
+def is_meant(key: str, node: str) -> bool:
     """
     Return whether a params file's key is meant for the node of that full name.
 
@@ -35,32 +36,18 @@ def is_meant(key, node):
     return re.fullmatch(pattern, node) is not None
 
 
-def keys_of(content, prefix=''):
-    """Return the names of the nodes that a params file has parameters for, as they are written."""
+def keys_of(content: object, prefix: str = '') -> list[str]:
+    """
+    Return the keys of the nodes that a params file has parameters for, as they are written.
+
+    content: as YAML reads it; prefix: of the keys, where it is a part of a file.
+    """
     if not isinstance(content, dict):
         return []
     keys = []
     for name, value in content.items():
-        if name == 'ros__parameters':
+        if name == PARAMETERS:
             keys.append(prefix)
         else:
             keys += keys_of(value, f'{prefix}/{name}' if prefix else str(name))
     return keys
-
-
-def tell_of_strangers(node, arguments):
-    """Let the node say which of the params files in `arguments` mean it with no word."""
-    name = node.get_fully_qualified_name()
-    for path in given_files(arguments):
-        keys = keys_of(yaml.safe_load(Path(path).read_text()))
-        if any(is_meant(key, name) for key in keys):
-            continue
-        text = (f'nothing in {path} is meant for {name}; it has parameters for '
-                f'{", ".join(keys) or "nobody"}')
-        namesakes = [key for key in keys if key.rpartition('/')[2] == node.get_name()]
-        if namesakes:  # it was meant, but in another namespace
-            node.get_logger().warning(
-                f'{text}: all of it is ignored. /**/{node.get_name()} instead of {namesakes[0]} '
-                'counts in every namespace')
-        else:
-            node.get_logger().info(text)

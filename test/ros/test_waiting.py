@@ -16,16 +16,14 @@
 import re
 import signal
 import time
-from types import SimpleNamespace
 
 from flag_sim.cloth import normals
 from flag_sim.jit.kernels import kernel
 from flag_sim.nodes import renderer as renderer_module
 from flag_sim.nodes.renderer import Renderer
 from flag_sim.protocol.frames import FrameId, FrameOrder
-from flag_sim.ros import messages, throttled_log
+from flag_sim.ros import messages
 from flag_sim.ros.compiling import compiling
-from flag_sim.ros.throttled_log import Refusals, Waiting
 from flag_sim.ros.topics import publish
 from flag_sim.tools.graph import Graph
 import numba
@@ -35,56 +33,6 @@ import rclpy
 from support.flags import wave
 from support.shot import SMALL
 from support.watch import eventually, Watcher
-
-
-def test_a_reason_is_told_at_once_and_again_now_and_then():
-    """Reasons that differ in numbers alone are one; a sender cannot fill the log with others."""
-    refusals = Refusals()
-    said = [refusals.is_worth_saying(reason, now) for reason, now in (
-        ('wind is 1.5', 0.0), ('wind is 2.5', 1.0), ('no field x', 1.0), ('wind is 3', 5.5))]
-    assert said == [True, False, True, True]
-    others = [refusals.is_worth_saying('abcdefghijklmnop'[:n], 6.0) for n in range(1, 17)]
-    assert sum(others) == throttled_log.MOST_KINDS - 1  # that of the wind counts still
-
-
-class Clocked:
-    """A node whose time a test sets."""
-
-    def __init__(self, monkeypatch):
-        self._now = 0.0
-        self._said = []
-        monkeypatch.setattr(throttled_log, 'time', SimpleNamespace(monotonic=lambda: self._now))
-
-    def get_logger(self):
-        return SimpleNamespace(info=self._said.append, warning=self._said.append)
-
-    def create_timer(self, seconds, look):
-        self._look = look
-
-    def at(self, now):
-        """Let it be a time [s]; return what is said then."""
-        self._now = now
-        del self._said[:]
-        self._look()
-        return ' '.join(self._said)
-
-
-def test_a_wait_is_told_once_and_so_is_its_end(monkeypatch):
-    """A wait in which frames are served is none; nothing is said of a short one."""
-    missing, served = ['vertices'], [0]
-    node = Clocked(monkeypatch)
-    Waiting(node, lambda: missing[0], lambda: served[0])
-    for now in range(6):
-        assert node.at(now) == ''
-        served[0] += 1
-    assert [node.at(now) for now in (6.0, 7.9, 8.0, 8.5, 20.0)] == [
-        '', '', 'waiting for 2.0 s for vertices', '', '']
-    served[0] += 1
-    assert node.at(20.5) == 'frames are served again, after 14.5 s'
-    assert [node.at(now) for now in (22.0, 22.5, 23.0)] == [  # another one
-        '', 'waiting for 2.0 s for vertices', '']
-    missing[0] = ''
-    assert [node.at(now) for now in (24.0, 25.0)] == ['nothing is waited for now, after 3.5 s', '']
 
 
 def test_what_is_compiled_is_named_when_it_takes_long(domain, capfd, monkeypatch, tmp_path):

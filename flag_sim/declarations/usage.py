@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """What a node answers to --help: its purpose, its usage and its parameters."""
+from collections.abc import Collection
 import inspect
 import textwrap
 
@@ -26,12 +27,12 @@ there are those of every ROS node, such as use_sim_time and qos_overrides.
 Exit status: 0 when it is ended or has done its work, 1 when it cannot start or go on."""
 
 
-def asks_for_help(arguments):
+def asks_for_help(arguments: Collection[str]) -> bool:
     """Return whether the arguments, without the program's name, ask for help."""
     return not {'-h', '--help'}.isdisjoint(arguments)
 
 
-def usage(node_class):
+def usage(node_class: type) -> str:
     """Return the help text of a node's class, which is named as its node and executable."""
     name = node_class.__name__.lower()
     return '\n'.join([

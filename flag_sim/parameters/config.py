@@ -17,7 +17,7 @@ from pathlib import Path
 import sys
 
 
-def config_path(name):
+def config_path(name: str) -> Path:
     """
     Return the path of a file in config/; raise FileNotFoundError that lists what is there.
 

@@ -1,0 +1,52 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""A method for a material on a mesh, and a softer material where a frame cannot carry it."""
+import functools
+
+from flag_sim.cloth.divergence import stability_hint
+from flag_sim.cloth.material import Air, Material
+from flag_sim.cloth.mesh import Mesh
+from flag_sim.cloth.model import Model
+from flag_sim.cloth.solvers.solver import Solver
+from flag_sim.cloth.stability import damping_bound, Plan, plan, SHORTEST_STEP
+from flag_sim.cloth.stepping import Stepping
+
+
+class Stepper:
+    """
+    A solver of a kind, a subclass of Solver, for a material on a mesh.
+
+    solver: with the model as the last planned frame asks for it, softened or not.
+    """
+
+    def __init__(self, mesh: Mesh, material: Material, kind: type[Solver]):
+        self._mesh, self._material, self._kind = mesh, material, kind
+        model = Model(mesh, material)
+        self.solver = kind(model)
+        self._bounds = kind.frequency_bound(model), damping_bound(model)
+
+    def plan(self, dt: float, air: Air, stepping: Stepping) -> Plan:
+        """Return how a frame of dt [s] is divided, and make the solver ready for these steps."""
+        largest_step = functools.partial(self._kind.largest_step, air=air)
+        steps = plan(dt, *self._bounds, largest_step, stepping, self._kind.useful_step,
+                     SHORTEST_STEP[self._mesh.precision])
+        factors = (steps.stiffness_factor, steps.damping_factor)
+        if factors != self.solver.model.factors:
+            self.solver = self._kind(Model(self._mesh, self._material, *factors))
+        return steps
+
+    def hint(self, name: str, step: float, safety: float, air: Air) -> str:
+        """Return what would have been stable instead of steps of so many seconds; name: ours."""
+        return stability_hint(name, step, safety, *self._bounds, air)

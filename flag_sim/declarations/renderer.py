@@ -1,0 +1,40 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Parameters of the renderer node ."""
+from flag_sim.declarations.scene import DIMENSIONS, PLATFORM_FIELDS, POLE_FIELDS, SCENE
+from flag_sim.drawing import Camera, Light, Materials, Style
+from flag_sim.drawing.style import THREADS
+from flag_sim.parameters.declared import Group
+
+CAMERA = Group(Camera(), 'camera.')
+LIGHT = Group(Light(), 'sun.')
+STYLE = Group(Style())
+# Only the flag is thin enough to let light through.
+SURFACES = {
+    'flag': Group(Materials().flag, 'flag.', thing='flag'),
+    'pole': Group(Materials().pole, 'pole.', but=('transmission',), thing='pole'),
+    'platform': Group(Materials().platform, 'platform.', but=('transmission',), thing='platform'),
+}
+
+RENDERER = (
+    *SCENE,
+    *CAMERA,
+    *STYLE.but('background'),
+    *LIGHT,
+    *(declaration for group in SURFACES.values() for declaration in group),
+    *DIMENSIONS.but(*POLE_FIELDS, *PLATFORM_FIELDS),
+    *STYLE.only('background'),
+    THREADS,
+)

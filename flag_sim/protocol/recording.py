@@ -1,0 +1,155 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Recording: which messages of which frames are in a bag, and at what time in it."""
+import collections
+from collections.abc import Collection, Hashable
+import enum
+
+from flag_sim.protocol.frames import Arrival, FrameId, FrameOrder
+
+REMEMBERED = 1024
+"""Frames of which copies are recognised."""
+TAKE_GAP = 100_000_000
+"""Time in the bag between two takes [ns]."""
+LATEST = 2**63 - 1
+"""Latest time that rosbag2 can hold, as its times are signed [ns]."""
+
+
+class Placement(enum.Enum):
+    """What becomes of a message that has arrived."""
+
+    WRITE = enum.auto()   # it is written into the bag
+    ANSWER = enum.auto()  # its frame is complete: somebody has not heard that it is done
+    IGNORE = enum.auto()  # it is a copy, or comes after the end
+
+
+class Recording:
+    """
+    The frames of a bag.
+
+    every_frame: the topics that are recorded of which every frame has one message; with one of
+    each a frame is complete. length: of the recording [frames]; 0: without end.
+    complete: how many frames are; copies: how many messages were left out because they are
+    recorded already; takes: how many have begun.
+    The time of a message in the bag is its stamp. After a reset the time in the bag goes on: it is
+    later than the stamp if the new take's stamps are not later than those of the take before.
+    """
+
+    def __init__(self, every_frame: Collection[str], length: int = 0):
+        self._every_frame = set(every_frame)
+        self._length = length
+        self._missing: dict[int, set[str]] = {}  # topics by stamp, of frames not complete
+        self._latest = collections.OrderedDict()  # stamps of the latest complete frames
+        self._order = FrameOrder()
+        self._held = None  # parameters that are a late copy or begin a round: the next ones decide
+        self._offset = self._newest = 0  # of times in the bag [ns]
+        self._lost = 0
+        self.complete = self.copies = self.takes = 0
+
+    @property
+    def is_full(self) -> bool:
+        """Return whether the recording has all the frames that it shall have."""
+        return 0 < self._length <= self.complete
+
+    @property
+    def incomplete(self) -> int:
+        """Return how many frames have begun to arrive and are not complete."""
+        return self._lost + len(self._missing)
+
+    def follow(self, frame: FrameId, data: bytes, sender: Hashable) -> list[bytes]:
+        """
+        Notice from a frame's serialised parameters when the shot begins anew.
+
+        Stamps that come then are no copies of the earlier ones. Returns the messages that are to
+        be recorded now: `data`, and what was held back before it.
+        """
+        if frame.take is None:
+            return [data]
+        held, self._held = self._held, None
+        arrival = self._order.arrive(frame, sender)
+        first = min(self._order.waiting.values(), default=frame)
+        is_round = arrival is Arrival.RESTART and len(self._order.waiting) > 1
+        self.copies += held is not None and not is_round
+        if arrival is Arrival.STALE:
+            self._held = data
+            return []
+        while self._order.next_frame() is not None:
+            pass  # its turn is all the same here, but a take that is played again is known by it
+        if arrival is Arrival.RESTART:
+            self._begin_take(first.stamp)
+        return [held, data] if is_round else [data]
+
+    def _begin_take(self, stamp):
+        """Let a take whose first frame has `stamp` [ns] follow in the bag after the one before."""
+        # Images of the first take may come before its parameters: they belong to it.
+        if self.takes:
+            self._offset = max(self._newest + TAKE_GAP - stamp, 0)
+            self._lost += len(self._missing)
+            self._missing.clear()
+            self._latest.clear()
+        self.takes += 1
+
+    def place(self, topic: str, stamp: int) -> Placement:
+        """
+        Return what becomes of a message of a topic with a stamp [ns].
+
+        Raises ValueError for a stamp that the bag cannot hold.
+        """
+        if stamp < 0:  # a bag counts its times from 0
+            raise ValueError(f'its stamp {stamp / 1e9} s is before 0')
+        if self.time(stamp) > LATEST:
+            raise ValueError(f'its stamp {stamp / 1e9} s after {self.takes - 1} takes is later '
+                             f'than a bag can hold, {LATEST / 1e9} s')
+        if topic not in self._every_frame:
+            return Placement.IGNORE if self.is_full else Placement.WRITE
+        if stamp in self._latest:
+            self.copies += 1
+            return Placement.ANSWER
+        if len(self._latest) == REMEMBERED and stamp < next(iter(self._latest)):
+            self.copies += 1
+            return Placement.IGNORE
+        if self.is_full:
+            return Placement.IGNORE
+        missing = self._missing.setdefault(stamp, set(self._every_frame))
+        if topic not in missing:
+            self.copies += 1
+            return Placement.IGNORE
+        missing.discard(topic)
+        return Placement.WRITE
+
+    def time(self, stamp: int) -> int:
+        """Return when in the bag a message of the present take is, by its stamp [ns]: [ns]."""
+        return stamp + self._offset
+
+    def written(self, topic: str, stamp: int) -> bool:
+        """Note that a message was written; return whether its frame is complete with it."""
+        self._newest = max(self._newest, self.time(stamp))
+        if topic not in self._every_frame or self._missing[stamp]:
+            return False
+        del self._missing[stamp]
+        self._latest[stamp] = None
+        if len(self._latest) > REMEMBERED:
+            self._latest.popitem(last=False)
+        if len(self._missing) > REMEMBERED:
+            del self._missing[min(self._missing)]
+            self._lost += 1
+        self.complete += 1
+        return True
+
+    def lacking(self) -> tuple[int, set[str]] | None:
+        """Return (stamp [ns], missing topics) of the first frame after the last complete one."""
+        last = next(reversed(self._latest), -1)
+        stamp = min((stamp for stamp in self._missing if stamp > last), default=None)
+        return None if stamp is None or self.is_full else (stamp, self._missing[stamp])

@@ -1,0 +1,68 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""A node's log, for what would otherwise be written with every message."""
+from collections.abc import Callable
+import time
+
+from flag_sim.protocol.throttled_log import Entry, Refusals, Waiting
+from rclpy.node import Node
+
+LOOK_AGAIN = 0.5
+"""Between looks at what a node waits for [s]."""
+
+
+class NodeLog:
+    """Writes to the log of `node` what protocol.throttled_log finds worth it."""
+
+    def __init__(self, node: Node):
+        self._node = node
+        self._logger = node.get_logger()
+        self._refusals = Refusals()
+
+    def write(self, entry: Entry) -> None:
+        """Write a line."""
+        # From a line of code of its own each: rclpy lets none change its level.
+        if entry.level == 'error':
+            self._logger.error(entry.text)
+        elif entry.level == 'warning':
+            self._logger.warning(entry.text)
+        else:
+            self._logger.info(entry.text)
+
+    def warn(self, reason: str) -> None:
+        """Write a warning, unless the same was written a moment ago."""
+        self._throttle(Entry('warning', reason))
+
+    def error(self, reason: str) -> None:
+        """Write an error, unless the same was written a moment ago."""
+        self._throttle(Entry('error', reason))
+
+    def _throttle(self, entry):
+        if self._refusals.is_worth_logging(entry.text, time.monotonic()):
+            self.write(entry)
+
+    def watch(self, missing: Callable[[], str], served: Callable[[], int]) -> None:
+        """
+        Write what the node waits for when that takes long, from now on.
+
+        missing(): what it is, in words, '' for nothing; served(): how many frames it has served.
+        """
+        waiting = Waiting()
+
+        def look():
+            entry = waiting.look(missing(), served(), time.monotonic())
+            if entry is not None:
+                self.write(entry)
+        self._node.create_timer(LOOK_AGAIN, look)
