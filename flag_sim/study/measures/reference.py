@@ -35,7 +35,7 @@ from flag_sim.cloth.energy import kinetic_energy
 from flag_sim.cloth.mesh import resample
 from flag_sim.cloth.model import Model
 from flag_sim.declarations.making import cloth_of
-from flag_sim.study.measures.settings import changed, Settings
+from flag_sim.study.measures.settings import changed, RANGES, Settings
 import numpy as np
 
 FINEST = (161, 241)  # rows and columns of the finest grid: eight times as fine as the default
@@ -152,7 +152,7 @@ class Reference:
 
     def __init__(self, settings: Settings, frames: int, folder: Path, finest: tuple[int, int]):
         self.settings = {**settings, 'solver': 'symplectic', 'substeps': 0, 'step_safety': 0.9,
-                         'substeps_limit': 10**6, 'precision': 'float64'}
+                         'substeps_limit': RANGES['substeps_limit'][1], 'precision': 'float64'}
         self.shot = Shot(settings)
         self.frames = frames
         self.finest = finest
