@@ -25,8 +25,8 @@ ROUNDING = 1e-9
 """Of a direction from which turns are taken off and put on again [rad]."""
 
 
-def with_key(values: Mapping, track: str, time: float, value, old, *,
-             reach: float, targets: Targets) -> dict:
+def with_key(values: Mapping, track: str, time: float, value: object, old: object, *,
+             reach: float, targets: Targets) -> dict[str, list]:
     """
     Return {parameter: value} that puts a key into a track of the wind's parameters `values`.
 

@@ -54,7 +54,7 @@ def item_of(name: str, targets: Targets) -> type:
     return str if name.endswith('.laws') else float
 
 
-def accept_keys(name: str, value, targets: Targets):
+def accept_keys(name: str, value: object, targets: Targets) -> list | bool:
     """Return the value of a parameter `keys.*` in its own type; raise ValueError for others."""
     target = targets[track_of(name)]
     if name.endswith('.turns'):
@@ -145,7 +145,7 @@ def _read_events(values, rate):
     return list(zip([nearest_frame(time, rate) for time in times] if rate else times, names))
 
 
-def values_at(timeline: Timeline, time: float, targets: Targets) -> dict:
+def values_at(timeline: Timeline, time: float, targets: Targets) -> dict[str, object]:
     """Return {track name: value at `time` [s]}, each in the type of what it animates."""
     return {name: targets[name].played(value) for name, value in timeline.at(time).items()}
 

@@ -84,7 +84,7 @@ class Target:
             return [number for vector in values for number in vector]
         return [float(value) if self.is_whole else value for value in values]
 
-    def played(self, value):
+    def played(self, value: object) -> object:
         """Return what a track plays in the parameter's own type and range."""
         if self.is_whole:
             return round(value)

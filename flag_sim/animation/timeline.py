@@ -66,12 +66,12 @@ class Timeline:
         # A mark at the end of a round and at its beginning is crossed once.
         self._at_end = {name for time, name in self._marks if time == self.end}
 
-    def at(self, time: float) -> dict:
+    def at(self, time: float) -> dict[str, object]:
         """Return {track name: value at `time` [s]}."""
         local = self.local(time)
         return {name: track.at(local) for name, track in self.tracks.items()}
 
-    def value(self, name: str, time: float):
+    def value(self, name: str, time: float) -> object:
         """Return one track's value at `time` [s]."""
         return self.tracks[name].at(self.local(time))
 

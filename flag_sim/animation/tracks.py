@@ -24,7 +24,7 @@ import copy
 import itertools
 import math
 
-from flag_sim.animation.laws import STEPPED, LAWS, monotone_slopes
+from flag_sim.animation.laws import LAWS, monotone_slopes, STEPPED
 from flag_sim.parameters import checks
 from flag_sim.parameters.closed import constant
 import numpy as np
@@ -172,7 +172,7 @@ class Track:
         """Return by how much a number changes from key k to the next, along the way it takes."""
         return self._path[k + 1] - self._path[k]
 
-    def at(self, time: float):
+    def at(self, time: float) -> object:
         """
         Return the value at `time` [s]; before the first and after the last key theirs.
 

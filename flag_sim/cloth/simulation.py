@@ -94,7 +94,7 @@ class Cloth:
         self.start_seed = start_seed
         self._held = 0
         self._pool = ThreadPool(Options.accepted('threads', threads))
-        self._solver_name = Options.accepted('solver', solver)
+        self._solver_name = checks.choice('solver', solver, SOLVERS)
         self._put_on(Mesh(rows, columns, length, width, pinned, precision), hoist_top)
         self.pole = pole
         self.reset()
@@ -170,7 +170,7 @@ class Cloth:
 
     @solver.setter
     def solver(self, name: str) -> None:
-        if Options.accepted('solver', name) != self._solver_name:
+        if checks.choice('solver', name, SOLVERS) != self._solver_name:
             self._remodel(self._mesh, self._material, name)
 
     @property

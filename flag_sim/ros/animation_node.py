@@ -83,7 +83,7 @@ class AnimationNode(ParameterNode):
                 self.get_logger().warning(f"{name}: no track '{keys.track_of(name)}' is named in "
                                           'tracks, so it is not played')
 
-    def accept(self, name: str, value):
+    def accept(self, name: str, value: object) -> object:
         """Accept keys beside what is declared, and a path only if it can be written."""
         if keys.is_key_name(name):
             return keys.accept_keys(name, value, TARGETS)

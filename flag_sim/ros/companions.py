@@ -17,8 +17,8 @@ from collections.abc import Callable, Mapping
 import contextlib
 
 from flag_sim.declarations.nodes import defaults, named, NODES
-from flag_sim.ros.topics import subscribers
 from flag_sim.ros.parameter_node import ParameterNode
+from flag_sim.ros.topics import subscribers
 from rcl_interfaces.msg import ParameterEvent
 from rcl_interfaces.srv import GetParameters
 from rclpy.parameter import parameter_value_to_python

@@ -15,9 +15,9 @@
 """A node of the benchmark's own: it feeds others as fast as they take it, or hears the wind."""
 import time
 
+from flag_sim.protocol.cdr import serialized_stamp
 from flag_sim.ros import messages
 from flag_sim.ros.bag import RecordedTopics
-from flag_sim.protocol.cdr import serialized_stamp
 from flag_sim.ros.lifecycle import keep_memory, set_dds_profile
 from flag_sim.ros.topics import publish, subscribe
 import numpy as np
