@@ -15,10 +15,11 @@
 """
 The study: what accuracy costs on this machine, measured, drawn and written down.
 
-    __main__   the command `study`                    tune         the command `tune`
-    runner     rows, interruption, shared minutes     search       its candidates and its choice
-    report     the report and its tables              params_file  what it reads and writes
-    plots      the style of all plots                 machine      which one, and who disturbs it
+    __main__   the command `study`                  tune           the command `tune`
+    runner     shares the minutes, measures rows    search         its candidates and its choice
+    store      rows that survive an interruption    settings_file  params files, read and written
+    report     the report and its tables            machine        which one, and how busy it is
+    plots      what all plots share
     measures/  what is measured and how: settings, reference, trials, errors; ablation, stability
     sections/  the report's sections, one file each: what is run, its tables, its plots
 

@@ -19,19 +19,19 @@ import sys
 
 from flag_sim.parameters.arguments import given_path, positive
 from flag_sim.study import machine, report, runner
-from flag_sim.study.runner import Store
 from flag_sim.study.sections import all_sections
+from flag_sim.study.store import Store
 
-FORMAT = 3  # of the rows: raised when their columns or their meaning change
+FORMAT = 4  # of the rows: raised when their columns or their meaning change
 
 
-def main(args=None) -> int:
+def main(args: list[str] | None = None) -> int:
     """Run the study; return the exit status."""
     parser = argparse.ArgumentParser(prog='study', description=__doc__)
     parser.add_argument('--minutes', type=positive, default=5.0, help='time to measure [min] (5)')
     parser.add_argument('--output', type=given_path, default=Path('out/study'),
                         help='folder of what is made (out/study); one that was interrupted is '
-                        'gone on with')
+                        'continued')
     options = parser.parse_args(args)
     try:
         store = Store(options.output, {'format': FORMAT, **machine.identity()})
@@ -45,7 +45,7 @@ def main(args=None) -> int:
     except KeyboardInterrupt:
         print('\ninterrupted; the same command goes on from here', file=sys.stderr)
         return 130
-    print(report.write(store, sections, options.minutes, runner.taken_by_others(store)))
+    print(report.write(store, sections, options.minutes))
     return 0
 
 

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Which machine measured, and whether it had something else to do."""
+"""Which machine measured, and whether other programs kept it busy."""
 import functools
 import os
 from pathlib import Path
@@ -23,15 +23,22 @@ from flag_sim.jit.cache import fingerprint
 import numba
 import numpy as np
 
+BUSY = 0.25  # part of the processors' time above which others disturb times too often for a median
+
+
+def _lines(path):
+    """Return the lines of a file of the system, none where it is not there."""
+    try:
+        return Path(path).read_text().splitlines()
+    except OSError:
+        return []
+
 
 @functools.lru_cache
 def processor() -> str:
     """Return the processor's name."""
-    try:
-        lines = Path('/proc/cpuinfo').read_text().splitlines()
-    except OSError:
-        lines = []
-    names = [line.partition(':')[2].strip() for line in lines if line.startswith('model name')]
+    names = [line.partition(':')[2].strip() for line in _lines('/proc/cpuinfo')
+             if line.startswith('model name')]
     return names[0] if names else platform.processor() or platform.machine()
 
 
@@ -46,31 +53,28 @@ def identity() -> dict[str, str]:
 
 
 def versions() -> str:
-    """Return the versions of what the numbers were made with, in words."""
+    """Return the versions of what the numbers were made with."""
     return (f'Python {platform.python_version()}, numba {numba.__version__}, '
             f'numpy {np.__version__}, {platform.system()} {platform.release()}')
 
 
-BUSY = 0.25  # part of the processors' time above which others disturb times too often for a median
-
-
-class Watch:
+class LoadMonitor:
     """
-    What others do on this process' processors while it measures.
+    How busy other programs keep this process' processors while it measures.
 
-    Not the load average, which a minute later still tells of what has ended before.
+    Not the load average, which still counts for a minute what has ended before.
     """
 
     def __init__(self):
-        self._start, self._begin = time.monotonic(), _used()
+        self._start, self._begin = time.monotonic(), _processor_seconds()
 
     def seconds(self) -> float:
-        """Return how long it has watched [s]."""
+        """Return the time since the start [s]."""
         return time.monotonic() - self._start
 
     def others(self) -> float | None:
-        """Return how many processors others kept busy on average; None where Linux is not."""
-        now = _used()
+        """Return how many processors others kept busy on average; None if it is not known."""
+        now = _processor_seconds()
         if self._begin is None or now is None:
             return None
         busy, own = (end - begin for begin, end in zip(self._begin, now))
@@ -78,24 +82,22 @@ class Watch:
 
 
 def is_busy(others: float | None) -> bool:
-    """Return whether others disturbed the times; what is not known did not."""
+    """Return whether others disturbed the times; an unknown load did not."""
     return others is not None and others > BUSY * cores()
 
 
-def _used():
+def _processor_seconds():
     """
     Return the seconds of all work on this process' processors so far, and of its own work.
 
     What a virtual machine's host took away (steal) counts as work too. None where the system does
     not tell (see proc_stat(5)).
     """
-    try:
-        lines = Path('/proc/stat').read_text().splitlines()
-    except OSError:
-        return None
     names = {f'cpu{number}' for number in os.sched_getaffinity(0)}
     # user, nice, system, idle, iowait, irq, softirq, steal
-    ticks = [[int(field) for field in line.split()[1:9]] for line in lines
+    ticks = [[int(field) for field in line.split()[1:9]] for line in _lines('/proc/stat')
              if line.split()[0] in names]
+    if not ticks:
+        return None
     busy = sum(sum(fields) - fields[3] - fields[4] for fields in ticks)
     return busy / os.sysconf('SC_CLK_TCK'), sum(os.times()[:4])

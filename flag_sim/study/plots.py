@@ -12,7 +12,8 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Drawing of plots: the only module that imports matplotlib, and only when it draws."""
+"""What all plots share: the only module that imports matplotlib, and only when it draws."""
+from collections.abc import Iterator
 import contextlib
 import importlib.util
 from pathlib import Path
@@ -22,6 +23,8 @@ import numpy as np
 
 MISSING = ("Plots are missing: matplotlib is not installed (pip install 'flag_sim[study]', or the "
            'package python3-matplotlib).')
+COLORS = ('#0072b2', '#e69f00', '#000000', '#d55e00', '#009e73', '#cc79a7', '#56b4e9')
+"""Okabe and Ito's, which the colour-blind can tell apart; markers must differ too."""
 
 
 def can_draw() -> bool:
@@ -30,7 +33,8 @@ def can_draw() -> bool:
 
 
 @contextlib.contextmanager
-def figure(path: Path, columns: int = 1, rows: int = 1, size: tuple = (7.0, 4.5), **options):
+def figure(path: Path, columns: int = 1, rows: int = 1, size: tuple = (7.0, 4.5),
+           **options) -> Iterator[tuple]:
     """
     Yield (figure, axes) to draw on, then write it to `path` as PNG.
 
@@ -43,53 +47,43 @@ def figure(path: Path, columns: int = 1, rows: int = 1, size: tuple = (7.0, 4.5)
     from PIL import Image  # matplotlib needs it too
     drawn = Figure(figsize=(size[0] * columns, size[1] * rows), dpi=110, layout='constrained')
     canvas = FigureCanvasAgg(drawn)
-    axes = drawn.subplots(rows, columns, **options)
-    yield drawn, axes
+    yield drawn, drawn.subplots(rows, columns, **options)
     canvas.draw()
     # A palette makes a file a third as long.
     Image.fromarray(np.asarray(canvas.buffer_rgba())).convert('RGB').quantize().save(
         path, optimize=True)
 
 
-def plain(*axes) -> None:
+def decimal_ticks(*axes) -> None:
     """Write 0.5 and 20 at logarithmic axes, not powers of ten."""
     from matplotlib.ticker import FuncFormatter, LogLocator
-    for axis in axes:
-        for one in (axis.xaxis, axis.yaxis):
-            if one.get_scale() == 'log':
-                low, high = one.get_view_interval()
-                few = (1.0, 2.0, 5.0) if high > 30.0 * low else (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)
-                one.set_major_locator(LogLocator(subs=few))
-                one.set_major_formatter(FuncFormatter(lambda value, _: f'{value:g}'))
-                one.set_minor_formatter(FuncFormatter(lambda *_: ''))
+    for axis in (axis for one in axes for axis in (one.xaxis, one.yaxis)):
+        if axis.get_scale() == 'log':
+            low, high = axis.get_view_interval()
+            few = (1.0, 2.0, 5.0) if high > 30.0 * low else (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)
+            axis.set_major_locator(LogLocator(subs=few))
+            axis.set_major_formatter(FuncFormatter(lambda value, _: f'{value:g}'))
+            axis.set_minor_formatter(FuncFormatter(lambda *_: ''))
 
 
 def dot_chart(axes, names: list[str], points: list[tuple], label: str) -> None:
     """
     Draw values beside their names, the first name on top.
 
-    points: (name, value, error bars: half its length, (low, high) end or None, style).
+    points: (name, value, error bars: half its length, the (low, high) end or None, style).
     """
-    for name, value, bars, look in points:
+    for name, value, bars, style in points:
         if isinstance(bars, tuple):
             bars = [[value - bars[0]], [bars[1] - value]]
         axes.errorbar(value, names.index(name), xerr=bars,
-                      **{'fmt': 'o', 'capsize': 3, **look})
+                      **{'fmt': 'o', 'capsize': 3, **style})
     axes.set_yticks(range(len(names)), names, fontsize='small')
-    axes.set_ylim(len(names) - 0.5, -0.5)
-    axes.set(xlabel=label)
+    axes.set(xlabel=label, ylim=(len(names) - 0.5, -0.5))
 
 
-METHODS = list(SOLVERS)
-
-
-def style(method: str) -> dict:
-    """Return the colour and marks by which a method is known in every plot."""
-    if method == 'seed':
+def solver_style(solver: str) -> dict:
+    """Return the colour and marks by which a solver is known in every plot."""
+    if solver == 'seed':
         return {'color': 'black', 'marker': 'X', 'ls': '--'}
-    index = METHODS.index(method) if method in METHODS else len(METHODS)
+    index = list(SOLVERS).index(solver) if solver in SOLVERS else len(SOLVERS)
     return {'color': f'C{index}', 'marker': 'osD^vP*p'[index], 'ls': '-', 'ms': 4}
-
-
-COLORS = ('#0072b2', '#e69f00', '#000000', '#d55e00', '#009e73', '#cc79a7', '#56b4e9')
-"""Okabe and Ito's, apart for the colour-blind; markers must differ too."""

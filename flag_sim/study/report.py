@@ -12,24 +12,24 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The report and its tables: all sections from top to bottom, with the machine named."""
+"""The report: all sections from top to bottom, with the machine named; and its tables."""
 import datetime
 from pathlib import Path
 
 from flag_sim.study import machine, plots
-from flag_sim.study.runner import Store
+from flag_sim.study.runner import load_of_others
+from flag_sim.study.store import Store
 
 
-def table(head: list[str], rows: list[list], align: str = '') -> str:
+def table(head: list[str], rows: list[list]) -> str:
     """
-    Return a Markdown table.
+    Return a Markdown table; columns of numbers are aligned to the right, but for the first.
 
     head: names of the columns, with their units; rows: of numbers, shown to 3 significant digits,
-    and texts; align: 'l' or 'r' for each column, by default the first to the left and others to
-    the right.
+    and texts.
     """
-    align = align or 'l' + 'r' * (len(head) - 1)
-    lines = [head, [':--' if one == 'l' else '--:' for one in align]]
+    right = [any(isinstance(value, (int, float)) for value in column) for column in zip(*rows)]
+    lines = [head, [':--', *('--:' if is_right else ':--' for is_right in right[1:])]]
     lines += [[number(value) for value in row] for row in rows]
     return '\n'.join('| ' + ' | '.join(line) + ' |' for line in lines)
 
@@ -38,31 +38,26 @@ def number(value: float | str | None) -> str:
     """Return a number to three significant digits as text; text as it is; None as a dash."""
     if value is None:
         return '–'
-    if isinstance(value, bool) or not isinstance(value, float):
+    if not isinstance(value, float):
         return str(value)
     if value != 0.0 and not 1e-3 <= abs(value) < 1e5:
         return f'{value:.2e}'
     return f'{value:.3g}' if abs(value) < 1000.0 else f'{value:.0f}'
 
 
-def spread(quartiles: tuple[float, float, float] | None) -> list:
-    """Return the fields of a median and of the other two quartiles."""
+def median_and_quartiles(quartiles: tuple[float, float, float] | None) -> list:
+    """Return the two fields of a table for (lower quartile, median, upper quartile)."""
     return [None, None] if quartiles is None else [
         quartiles[1], f'{quartiles[0]:.3g} to {quartiles[2]:.3g}']
 
 
-def write(store: Store, sections: list, minutes: float, others: float | None) -> Path:
-    """
-    Write report.md into the store's folder; return its path.
-
-    sections: modules (see the room sections); others: how many processors they kept busy
-    meanwhile, or None.
-    """
-    texts = [_head(minutes, others)]
+def write(store: Store, sections: list, minutes: float) -> Path:
+    """Write report.md, on modules of sections, into the store's folder; return its path."""
+    texts = _head(minutes, load_of_others(store))
     for section in sections:
         rows, name = store.rows(section.NAME), section.NAME
         if not rows:
-            texts.append(f'## {name}\n\nNot measured: the time did not suffice.')
+            texts.append(f'## {name}\n\nNot measured: there was not enough time.')
             continue
         texts.append(section.text(rows).strip())
         if plots.can_draw() and hasattr(section, 'plots'):
@@ -75,15 +70,13 @@ def write(store: Store, sections: list, minutes: float, others: float | None) ->
 
 
 def _head(minutes, others):
-    """Return the title, the machine, and what to think of its times."""
-    today = datetime.datetime.now().astimezone().strftime('%Y-%m-%d %H:%M %Z')
-    lines = ['# What accuracy costs', '', table(['', ''], [
-        ['date', today], ['machine', f'{machine.processor()}, {machine.cores()} cores'],
+    """Return the title, the machine, and how far its times can be trusted."""
+    texts = ['# What accuracy costs', table(['', ''], [
+        ['date', datetime.datetime.now().astimezone().strftime('%Y-%m-%d %H:%M %Z')],
+        ['machine', f'{machine.processor()}, {machine.cores()} cores'],
         ['with', machine.versions()], ['time given', f'{minutes:g} min'],
-        ['processors kept busy by others', None if others is None else f'{others:.2f}']], 'll')]
+        ['processors kept busy by others', None if others is None else f'{others:.2f}']])]
     if machine.is_busy(others):
-        lines += ['', f'**This machine was busy with something else (it took {others:.2f} '
-                      'processors on average): its times are longer than they need be.**']
-    if not plots.can_draw():
-        lines += ['', plots.MISSING]
-    return '\n'.join(lines)
+        texts.append(f'**This machine was busy with something else (it took {others:.2f} '
+                     'processors on average): its times are longer than they need be.**')
+    return texts if plots.can_draw() else [*texts, plots.MISSING]

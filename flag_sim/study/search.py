@@ -28,20 +28,21 @@ from flag_sim.study.measures.reference import FINEST, nested, on_grid, Reference
 from flag_sim.study.measures.settings import changed, Settings
 from flag_sim.study.measures.stability_trial import largest_step
 from flag_sim.study.measures.trials import Trials
-from flag_sim.study.runner import say, Store
+from flag_sim.study.runner import key_of, measure_missing, print_progress
+from flag_sim.study.store import Store
 import numpy as np
 
-SURE = 2.0
+MARGIN = 2.0
 """Standard deviations by which a prediction is on the safe side: 1 of 40 fails if it is normal."""
 WINDOWS, CHECKS = 6, 6  # windows of the shot to tune on, and of the shot to check on
 OTHER_SEED = 1000  # added to gust.seed, for the shot to check on
-GUSTS = 0.3  # least gust.intensity: in a steady wind all windows would be much alike
-LASTING = 4.0
+MIN_GUSTS = 0.3  # least gust.intensity: in a steady wind all windows would be much alike
+STRETCH_RUN = 4.0
 """Length of the run that tells how far a sheet is stretched [s]; its second half counts."""
-MOST_STEPS = 20000  # steps that the reference may take in a frame, some ten seconds
+MAX_STEPS = 20000  # steps that the reference may take in a frame, some ten seconds
 DEARER = 2.0
 """How much dearer a candidate may be, by its work, than the cheapest good one to be tried."""
-FILL = 0.8
+MAX_LOAD = 0.8
 """
 Part of a frame's time that physics and drawing may take, one after the other.
 
@@ -78,9 +79,9 @@ def require(settings: Settings) -> None:
     errors.pixel_distances(at_rest, at_rest, look_of(settings).camera)
     fine = cloth_of(on_grid(settings, *FINEST))
     steps = 1.0 / (settings['rate'] * largest_step('symplectic', fine.material, Air(), fine.mesh))
-    if steps > MOST_STEPS:
+    if steps > MAX_STEPS:
         raise ValueError(
-            f'the reference, on {FINEST[1]} x {FINEST[0]} nodes, may take at most {MOST_STEPS} '
+            f'the reference, on {FINEST[1]} x {FINEST[0]} nodes, may take at most {MAX_STEPS} '
             f'steps a frame, and this sheet needs {steps:.0f}: lower its stiffness or damping')
 
 
@@ -92,7 +93,7 @@ class Option(NamedTuple):
     error_px: float
 
 
-class Verdict(NamedTuple):
+class Choice(NamedTuple):
     """The option to take, and whether it keeps the budget of error and that of time."""
 
     option: Option
@@ -111,28 +112,25 @@ def predicted(errors_px: list[float], others: int) -> float:
     if not np.all(np.isfinite(squares)):
         return math.inf
     spread = np.std(squares, ddof=1) * math.sqrt(1.0 / len(squares) + 1.0 / others)
-    return math.sqrt(np.mean(squares) + SURE * spread)
+    return math.sqrt(np.mean(squares) + MARGIN * spread)
 
 
-def choose(options: list[Option], error_px: float, limit_ms: float) -> Verdict:
+def choose(options: list[Option], error_px: float, limit_ms: float) -> Choice:
     """
-    Return the Verdict on a list of Options for budgets of error [px] and time [ms].
+    Return the Choice from a list of Options for budgets of error [px] and time [ms].
 
     The cheapest that keeps both; if none does, the most accurate that keeps the time; if none
     keeps the time, the cheapest. Raises ValueError for an empty list.
     """
-    def verdict(option):
-        return Verdict(option, option.error_px <= error_px, option.cost_ms <= limit_ms)
-
     if not options:
         raise ValueError('there is nothing to choose from')
     fast = [option for option in options if option.cost_ms <= limit_ms]
     good = [option for option in fast if option.error_px <= error_px]
-    if good:
-        return verdict(min(good, key=lambda option: option.cost_ms))
-    if fast:
-        return verdict(min(fast, key=lambda option: (option.error_px, option.cost_ms)))
-    return verdict(min(options, key=lambda option: option.cost_ms))
+    if good or not fast:
+        best = min(good or options, key=lambda option: option.cost_ms)
+    else:
+        best = min(fast, key=lambda option: (option.error_px, option.cost_ms))
+    return Choice(best, best.error_px <= error_px, best.cost_ms <= limit_ms)
 
 
 class Search:
@@ -143,7 +141,7 @@ class Search:
     """
 
     def __init__(self, settings: Settings, rate: float, store: Store):
-        gusts = max(settings['gust.intensity'], GUSTS)
+        gusts = max(settings['gust.intensity'], MIN_GUSTS)
         self.settings = changed(settings, {'rate': rate, 'gust.intensity': gusts})
         self.store = store
         frames = max(1, round(WINDOW * rate))
@@ -153,40 +151,40 @@ class Search:
             shot = changed(self.settings, {'gust.seed': self.settings['gust.seed'] + seed})
             self._trials[part] = Trials(
                 Reference(shot, frames, store.folder / part, FINEST), shot, frames)
-        self._length = hang_of(self.settings)[1]
-        self.candidates = self._candidates(nested(FINEST))
-        self.limit_ms = FILL * 1e3 / rate
+        self.candidates, self._works = {}, {}
+        self._add_candidates()
+        self.limit_ms = MAX_LOAD * 1e3 / rate
 
-    def _candidates(self, grids):
-        """Return {name: settings}, from cheap to dear by the work of a frame."""
-        found, works = {}, {}
-        for rows, columns in grids:
+    def _add_candidates(self):
+        """Set {name: settings} and {name: work of a frame}, from cheap to dear by that work."""
+        found = {}
+        for rows, columns in nested(FINEST):
             for method, changes in methods().items():
-                name = f'{columns} x {rows}, {method}'
-                found[name] = changed(on_grid(self.settings, rows, columns), changes)
-                steps = cloth_of(found[name]).advance(1.0 / self.settings['rate']).granted
-                works[name] = rows * columns * steps * (1 if 'symplectic' in method else 4)
-        self._works = works
-        return {name: found[name] for name in sorted(found, key=works.get)}
+                settings = on_grid(self.settings, rows, columns, **changes)
+                steps = cloth_of(settings).advance(1.0 / self.settings['rate']).granted
+                work = rows * columns * steps * (1 if 'symplectic' in method else 4)
+                found[f'{columns} x {rows}, {method}'] = work, settings
+        for name, (work, settings) in sorted(found.items(), key=lambda item: item[1][0]):
+            self.candidates[name], self._works[name] = settings, work
 
-    def find(self, error_px: float) -> tuple[Verdict, list[float]]:
+    def find(self, error_px: float) -> tuple[Choice, list[float]]:
         """
-        Return the Verdict, and the errors [px] of what it takes in the shot to check on.
+        Return the Choice, and the errors [px] of what it takes in the shot to check on.
 
         Settings that prove more wrong or dearer in the check count as what they proved to be; the
         best is then chosen anew, until it is one that has been checked.
         """
         options = {option.name: option for option in self._options(error_px)}
         while True:
-            verdict = choose(list(options.values()), error_px, self.limit_ms)
-            option, name = verdict.option, verdict.option.name
+            choice = choose(list(options.values()), error_px, self.limit_ms)
+            option, name = choice.option, choice.option.name
             rows = self._rows('check', name, CHECKS)
             found = _errors(rows)
             checked = option._replace(
                 cost_ms=max(option.cost_ms, self._cost(rows)),
-                error_px=max(option.error_px, summary.rms(found), self._lasting(name)))
-            if checked == option or not verdict.is_fast:
-                return verdict, found
+                error_px=max(option.error_px, summary.rms(found), self._stretch_error(name)))
+            if checked == option or not choice.is_fast:
+                return choice, found
             options[name] = checked
 
     def chosen(self, name: str) -> Settings:
@@ -202,64 +200,67 @@ class Search:
             method = name.partition(', ')[2]
             if method in slow:
                 continue
-            first = self._rows('tune', name, 1)
-            if self._cost(first) > 2.0 * self.limit_ms:
+            rows = self._rows('tune', name, 1)
+            if self._cost(rows) > 2.0 * self.limit_ms:
                 # On finer grids it is slower still.
                 slow.add(method)
                 if options:
                     continue
-            rows = first
-            if _errors(first)[0] <= 3.0 * error_px:
+            if _errors(rows)[0] <= 3.0 * error_px:
                 rows = self._rows('tune', name, WINDOWS)
             found = _errors(rows)
             bound = predicted(found, CHECKS) if len(rows) == WINDOWS else 2.0 * found[0]
-            options.append(Option(name, self._cost(rows), bound))
             if bound <= error_px:
-                options[-1] = options[-1]._replace(error_px=max(bound, self._lasting(name)))
-            if options[-1].error_px <= error_px and options[-1].cost_ms <= self.limit_ms:
+                bound = max(bound, self._stretch_error(name))
+            options.append(Option(name, self._cost(rows), bound))
+            if bound <= error_px and options[-1].cost_ms <= self.limit_ms:
                 enough = min(enough, DEARER * self._works[name])
         return options
 
-    def _lasting(self, name):
+    def _stretch_error(self, name):
         """
         Return the error [px] that stays beyond the horizon because the sheet is stretched.
 
-        A limp sheet may keep near the reference for the length of a window and be longer by a
+        A softened sheet may keep near the reference for the length of a window and be longer by a
         third in the end. A stretch e moves the point at distance s from the hoist by e s, over
         the length L by e L / sqrt(3) (RMS), seen here from the camera's distance.
         """
-        if not self.store.has('lasting', name):
-            own = self._trials['tune']
-            right = _stretch(own.reference.window(0).positions, self._length)
-            cloth, shot = cloth_of(self.candidates[name]), own.reference.shot
-            frames = shot.frames(LASTING)
-            found = [_stretch(cloth.positions, self._length) for _ in shot.timed(cloth, 0, frames)]
+        trials, length = self._trials['tune'], hang_of(self.settings)[1]
+
+        def measured(setting):
+            right = _stretch(trials.reference.window(0).positions, length)
+            cloth, shot = cloth_of(self.candidates[setting]), trials.reference.shot
+            frames = shot.frames(STRETCH_RUN)
+            found = [_stretch(cloth.positions, length) for _ in shot.timed(cloth, 0, frames)]
             metres = math.inf if len(found) < frames else (
-                abs(np.mean(found[frames // 2:]) - right) * self._length / math.sqrt(3.0))
-            depth = own.camera.pose[2] @ np.append(cloth.positions.mean(axis=(0, 1)), 1.0)
-            self.store.add('lasting', {
-                'key': name, 'rms_px': float(metres * own.camera.pixels_per_metre(depth))})
-        return self.store.row('lasting', name)['rms_px']
+                abs(np.mean(found[frames // 2:]) - right) * length / math.sqrt(3.0))
+            depth = trials.camera.pose[2] @ np.append(cloth.positions.mean(axis=(0, 1)), 1.0)
+            return {'rms_px': float(metres * trials.camera.pixels_per_metre(depth))}
+
+        case = {'setting': name}
+        measure_missing(self.store, 'stretch', [case], measured)
+        return self.store.row('stretch', key_of(case))['rms_px']
 
     @staticmethod
     def _cost(rows):
         """Return the median cost of a frame [ms], inf if all diverged."""
-        found = summary.quartiles(rows, 'physics_ms', 'drawing_ms')
+        found = summary.quartiles(rows, *summary.COST)
         return math.inf if found is None else found[1]
 
     def _rows(self, part, name, count):
         """Return the rows of a candidate in the first windows of a shot; measure what is new."""
-        own = self._trials[part]
-        for number in range(count):
-            key = f'{name}@{number}'
-            if not self.store.has(part, key):
-                if not own.reference.has(number):
-                    say(f'{part}: reference {number + 1} of {WINDOWS}')
-                row = own.row(self.candidates[name], own.reference.window(number), {})
-                self.store.add(part, {'key': key, 'setting': name, **row})
-                if number == 0:
-                    say(f'{part}: {name}')
-        return [self.store.row(part, f'{name}@{number}') for number in range(count)]
+        trials = self._trials[part]
+
+        def measured(setting, window):
+            if not trials.reference.has(window):
+                print_progress(f'{part}: reference {window + 1} of {WINDOWS}')
+            elif window == 0:
+                print_progress(f'{part}: {setting}')
+            return trials.row(self.candidates[setting], trials.reference.window(window), {})
+
+        cases = [{'setting': name, 'window': number} for number in range(count)]
+        measure_missing(self.store, part, cases, measured)
+        return [self.store.row(part, key_of(case)) for case in cases]
 
 
 def _errors(rows):

@@ -20,15 +20,16 @@ import shutil
 import sys
 
 from flag_sim.parameters.arguments import given_path, positive
-from flag_sim.study import machine, params_file
+from flag_sim.study import machine, settings_file
 from flag_sim.study.measures import summary
 from flag_sim.study.measures.reference import WINDOW
 from flag_sim.study.measures.settings import changed, defaults, RANGES
-from flag_sim.study.runner import session, Store, taken_by_others
-from flag_sim.study.search import FILL, require, Search
+from flag_sim.study.runner import load_of_others, session
+from flag_sim.study.search import MAX_LOAD, require, Search
+from flag_sim.study.store import Store
 
 
-def main(args=None) -> int:
+def main(args: list[str] | None = None) -> int:
     """Tune; return 0, or 1 if the budget cannot be met on this machine."""
     parser = argparse.ArgumentParser(prog='tune', description=__doc__)
     parser.add_argument('--error-px', type=positive, required=True,
@@ -39,8 +40,8 @@ def main(args=None) -> int:
                         help='params file with your camera, image size, flag and wind')
     options = parser.parse_args(args)
     try:
-        output = params_file.check_new(options.output)
-        settings, others = params_file.read(options.params_file) if options.params_file else (
+        output = settings_file.check_new(options.output)
+        settings, others = settings_file.read(options.params_file) if options.params_file else (
             defaults(), [])
         if others:
             print(f'not looked at: {", ".join(others)}', file=sys.stderr)
@@ -55,15 +56,15 @@ def main(args=None) -> int:
         try:
             with session(store):
                 search = Search(settings, options.rate, store)
-                verdict, errors = search.find(options.error_px)
+                choice, errors = search.find(options.error_px)
         except ValueError:
             # The flag may leave the picture in the wind only: there is nothing to go on with.
             shutil.rmtree(work)
             raise
-        chosen = search.chosen(verdict.option.name)
-        blocks = params_file.blocks(changed(settings, chosen), chosen)
-        promise = _promise(options, search, verdict, errors, taken_by_others(store), blocks)
-        params_file.write(output, promise, blocks)
+        chosen = search.chosen(choice.option.name)
+        values = settings_file.by_node(changed(settings, chosen), chosen)
+        comment = _comment(options, search, choice, errors, list(values))
+        settings_file.write(output, comment, values, work)
     except (ValueError, FileExistsError) as problem:
         parser.error(str(problem))
     except KeyboardInterrupt:
@@ -71,50 +72,42 @@ def main(args=None) -> int:
         return 130
     shutil.rmtree(work)
     print(output.read_text(), end='')
-    return 0 if verdict.is_accurate and verdict.is_fast else 1
+    return 0 if choice.is_accurate and choice.is_fast else 1
 
 
-def _promise(options, search, verdict, errors, busy, blocks):
-    """
-    Return the lines of the params file's comment: what it promises, and what it misses.
-
-    busy: processors that others took meanwhile, or None. blocks: {node: {parameter: value}} of
-    what is in the file.
-    """
-    *nodes, last = (node for node, values in blocks.items() if values)
-    own = search.settings
-    today = datetime.date.today().isoformat()
-    cost, frame_ms = verdict.option.cost_ms, 1e3 / options.rate
+def _comment(options, search, choice, errors, nodes):
+    """Return the lines of the params file's comment: what it promises, and what it misses."""
+    settings, option, allowed_px = search.settings, choice.option, options.error_px
+    others, frame_ms = load_of_others(search.store), 1e3 / options.rate
+    others = '' if others is None else f' (others took {others:.1f} of them)'
     given = f' --params-file {options.params_file.name}' if options.params_file else ''
     lines = [
-        f'Made by `tune --error-px {options.error_px:g} --rate {options.rate:g}{given}`',
-        f'on {today}, on {machine.processor()}, {machine.cores()} cores'
-        + ('' if busy is None else f' (others took {busy:.1f} of them)') + ',',
-        f'for a picture of {own["width"]} x {own["height"]} pixels and a camera at '
-        f'{own["camera.distance"]:g} m.',
-        f'Give it to {", ".join(nodes)} and {last}, after your own params file.',
+        f'Made by `tune --error-px {allowed_px:g} --rate {options.rate:g}{given}`',
+        f'on {datetime.date.today()}, on {machine.processor()}, {machine.cores()} cores{others},',
+        f'for a picture of {settings["width"]} x {settings["height"]} pixels and a camera at '
+        f'{settings["camera.distance"]:g} m.',
+        f'Give it to {", ".join(nodes[:-1])} and {nodes[-1]}, after your own params file.',
         '',
         f'Error: {summary.rms(errors):.2g} px (RMS) after {1e3 * search.window_s:.0f} ms, in '
         f'{len(errors)} windows of a shot that it',
-        f'was not tuned on, in wind of {own["speed"]:g} m/s with gusts of '
-        f'{own["gust.intensity"]:g}; {options.error_px:g} px are allowed'
-        + ('.' if verdict.is_accurate else ':'),
+        f'was not tuned on, in wind of {settings["speed"]:g} m/s with gusts of '
+        f'{settings["gust.intensity"]:g}; {allowed_px:g} px are allowed'
+        + ('.' if choice.is_accurate else ':'),
+        *([] if choice.is_accurate else [
+            f'MISSED: other shots may reach {option.error_px:.2g} px, '
+            f'{option.error_px - allowed_px:.2g} px too much;',
+            'nothing that was tried is better at this rate.']),
+        f'Cost: {option.cost_ms:.2g} ms a frame for physics and drawing, one after the other, '
+        'without messages;',
+        f'{100.0 * option.cost_ms / frame_ms:.2g} % of the {frame_ms:.3g} ms at '
+        f'{options.rate:g} Hz; {100.0 * MAX_LOAD:.0f} % are allowed, the rest is for messages '
+        'and slow moments' + ('.' if choice.is_fast else (
+            f': MISSED by {option.cost_ms - search.limit_ms:.2g} ms; nothing that was tried is '
+            'faster.')),
     ]
-    expected = verdict.option.error_px
-    if not verdict.is_accurate:
-        lines += [f'MISSED: other shots may reach {expected:.2g} px, '
-                  f'{expected - options.error_px:.2g} px too much;',
-                  'nothing that was tried is better at this rate.']
-    lines.append(f'Cost: {cost:.2g} ms a frame for physics and drawing, one after the other, '
-                 'without messages;')
-    lines.append(f'{100.0 * cost / frame_ms:.2g} % of the {frame_ms:.3g} ms at '
-                 f'{options.rate:g} Hz; {100.0 * FILL:.0f} % are allowed, the rest is for '
-                 'messages and slow moments'
-                 + ('.' if verdict.is_fast else f': MISSED by {cost - search.limit_ms:.2g} ms; '
-                    'nothing that was tried is faster.'))
-    if search.chosen(verdict.option.name)['damping'] != own['damping']:
-        lines.append('damping is a ratio for one spring: it goes with the grid, so that the sheet '
-                     'stays the same.')
+    if search.chosen(option.name)['damping'] != settings['damping']:
+        lines.append('damping is a ratio for one spring: it is scaled with the grid, so that the '
+                     'sheet stays the same.')
     return lines
 
 

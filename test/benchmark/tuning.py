@@ -29,8 +29,8 @@ from flag_sim.study.measures.reference import FINEST, Reference
 from flag_sim.study.measures.settings import changed, defaults
 from flag_sim.study.measures.summary import rms
 from flag_sim.study.measures.trials import Trials
-from flag_sim.study.runner import Store
 from flag_sim.study.search import Search
+from flag_sim.study.store import Store
 
 CAMERAS = {'near': 2.8, 'default': 5.5, 'far': 22.0}  # distances [m]
 SEEDS = range(2001, 2011)  # tune itself takes 0 and 1000
@@ -66,11 +66,11 @@ def main():
                 (own.folder / part).symlink_to(folder.resolve() / part)
         search = Search(defaults(camera__distance=distance), 30.0, own)
         for budget in options.error_px:
-            verdict, _ = search.find(budget)
-            found = errors_of(search, verdict.option.name, folder)
-            print(f'{camera:8} {budget:4g} px: {verdict.option.name:20} '
-                  f'{verdict.option.cost_ms:6.2f} ms, '
-                  f'{"promised" if verdict.is_accurate else "missed"}, within the budget in '
+            choice, _ = search.find(budget)
+            found = errors_of(search, choice.option.name, folder)
+            print(f'{camera:8} {budget:4g} px: {choice.option.name:20} '
+                  f'{choice.option.cost_ms:6.2f} ms, '
+                  f'{"promised" if choice.is_accurate else "missed"}, within the budget in '
                   f'{sum(one <= budget for one in found)} of {len(found)} shots: '
                   + ' '.join(f'{one:.2f}' for one in found), flush=True)
 

@@ -15,9 +15,9 @@
 """Which settings are taken, from tables of costs that are made up."""
 import math
 
-from flag_sim.study import params_file
+from flag_sim.study import settings_file
 from flag_sim.study.measures import summary
-from flag_sim.study.search import choose, Option, predicted, SURE
+from flag_sim.study.search import choose, MARGIN, Option, predicted
 from hypothesis import given, strategies as st
 import numpy as np
 import pytest
@@ -57,7 +57,7 @@ def test_the_frontier_as_by_brute_force(table, same):
     """All of it are best for their cost; whoever is left out is beaten as the rule says."""
     found = summary.frontier(table, same)
     assert [table[n] for n in found] == sorted(table[n] for n in found)
-    better = 1.0 - summary.WORTH
+    better = 1.0 - summary.MIN_GAIN
     for n, (cost, error) in enumerate(table):
         beaten = any(table[k][0] <= cost and better * table[k][1] <= error
                      for k in found if k != n)
@@ -74,13 +74,14 @@ def timings(source, turns, scatter, settings=60, drift=0.0, pause=0.0):
     """
     logs = source.normal(0.0, scatter, (settings, turns)) + source.normal(0.0, drift, turns)
     logs += math.log(10.0) * (source.random((settings, turns)) < pause)
-    return [{'setting': name, 'turn': turn, 'ms': math.exp(logs[name, turn])}
-            for turn in range(turns) for name in range(settings)]
+    return [{'setting': name, 'turn': turn, 'physics_ms': 0.5 * cost, 'drawing_ms': 0.5 * cost}
+            for turn, costs in enumerate(np.exp(logs.T).tolist())
+            for name, cost in enumerate(costs)]
 
 
 def medians(rows):
     """Return the median time of each setting, as an array."""
-    return np.array([summary.quartiles(some, 'ms')[1]
+    return np.array([summary.quartiles(some, *summary.COST)[1]
                      for some in summary.grouped(rows, 'setting').values()])
 
 
@@ -97,10 +98,10 @@ def test_equal_costs_are_told_apart_as_seldom_as_is_said(turns, disturbance):
     """
     source, apart, pairs = np.random.default_rng(3), 0, 0
     for _ in range(40):
-        rows = summary.leveled(timings(source, turns, 0.04, **disturbance), 'ms')
-        times = np.sort(medians(rows))
+        rows = timings(source, turns, 0.04, **disturbance)
+        times = np.sort(medians(summary.leveled(rows)))
         one, other = np.triu_indices(len(times), 1)
-        apart += np.sum(times[other] > times[one] * (1.0 + summary.resolution(rows, 'ms')))
+        apart += np.sum(times[other] > times[one] * (1.0 + summary.resolution(rows)))
         pairs += len(one)
     expected = {2: 0.0135, 5: 0.037, 9: 0.041}[turns]
     if disturbance.get('pause') and turns == 2:
@@ -114,22 +115,22 @@ def test_the_resolution_follows_the_noise():
     source = np.random.default_rng(4)
 
     def found(turns, scatter):
-        return np.mean([summary.resolution(summary.leveled(
-            timings(source, turns, scatter), 'ms'), 'ms') for _ in range(20)])
+        return np.mean([summary.resolution(timings(source, turns, scatter)) for _ in range(20)])
 
     # 60 settings of 4 turns each know their scatter to some 6 %, 20 runs to 1.5 %.
     assert found(4, 0.04) == pytest.approx(2.0 * found(4, 0.02), rel=0.1)
     assert found(4, 0.02) == pytest.approx(2.0 * found(16, 0.02), rel=0.15)
     assert found(4, 0.0) == 0.0
-    times = summary.leveled(timings(source, 5, 0.0, drift=0.3), 'ms')
-    assert np.ptp([row['ms'] for row in times]) < 1e-12
-    diverged = [{'setting': 'a', 'turn': turn, 'ms': None} for turn in range(3)]
+    times = summary.leveled(timings(source, 5, 0.0, drift=0.3))
+    assert np.ptp([row['physics_ms'] for row in times]) < 1e-12
+    diverged = [{'setting': 'a', 'turn': turn, 'physics_ms': None, 'drawing_ms': None}
+                for turn in range(3)]
     quiet = timings(source, 3, 0.02)
-    assert summary.resolution(quiet + diverged, 'ms') == summary.resolution(quiet, 'ms')
-    assert summary.leveled(quiet + diverged, 'ms')[:180] == summary.leveled(quiet, 'ms')
-    assert summary.resolution(diverged, 'ms') == 0.0
-    assert summary.leveled(diverged, 'ms') == diverged
-    assert summary.resolution(quiet[:60], 'ms') == 0.0  # one turn does not know
+    assert summary.resolution(quiet + diverged) == summary.resolution(quiet)
+    assert summary.leveled(quiet + diverged)[:180] == summary.leveled(quiet)
+    assert summary.resolution(diverged) == 0.0
+    assert summary.leveled(diverged) == diverged
+    assert summary.resolution(quiet[:60]) == 0.0  # one turn does not know
 
 
 def test_predictions_hold_for_new_windows():
@@ -152,8 +153,8 @@ def test_rows_of_unfinished_turns_do_not_count():
     """Only turns that all settings took are compared."""
     rows = [{'setting': name, 'turn': turn, 'x': 3.0 + turn} for turn in (0, 1)
             for name in 'ab'][:3]
-    assert summary.whole(rows, 'setting') == rows[:2]
-    assert summary.whole(rows[:1], 'setting') == rows[:1]
+    assert summary.complete(rows, 'setting') == rows[:2]
+    assert summary.complete(rows[:1], 'setting') == rows[:1]
     assert summary.total(rows, 'x') == pytest.approx(math.sqrt((9 + 9 + 16) / 3))
     assert summary.total([*rows, {'x': None}], 'x') == math.inf
     assert summary.quartiles([{'x': None}], 'x') is None
@@ -166,31 +167,33 @@ def test_params_files_are_read_as_nodes_read_them(tmp_path):
                     '/cam/renderer:\n  ros__parameters:\n    camera: {distance: 3.0}\n'
                     '    threads: 2\n'
                     '/wind:\n  ros__parameters:\n    pace: lockstep\n')
-    settings, others = params_file.read(path)
+    settings, others = settings_file.read(path)
     assert (settings['pole.height'], settings['camera.distance']) == (12.0, 3.0)
     assert settings['drawing.threads'] == 2
     assert others == ['wind.pace']
     for text in ('[1]', '/wind: 3', 'a: [', ''):
         path.write_text(text)
         with pytest.raises(ValueError, match='is not'):
-            params_file.read(path)
+            settings_file.read(path)
     with pytest.raises(ValueError, match='cannot be read'):
-        params_file.read(tmp_path / 'none.yaml')
+        settings_file.read(tmp_path / 'none.yaml')
 
 
 def test_a_written_file_keeps_types(tmp_path):
     """A float without decimals must not become a whole number, which ROS refuses."""
-    path = tmp_path / 'new.yaml'
+    path, work = tmp_path / 'new.yaml', tmp_path / 'work'
+    work.mkdir()
     values = {'a': 60.0, 'b': 0.05, 'c': 31, 'd': 'symplectic', 'e': 1e-3 / 3.0, 'f': 1e9}
-    params_file.write(path, ['what', '', 'it is'], {'physics': values})
+    settings_file.write(path, ['what', '', 'it is'], {'physics': values}, work)
+    assert path.read_text().startswith('# what\n#\n# it is\n/**/physics:\n')
     known = yaml.safe_load(path.read_text())['/**/physics']['ros__parameters']
     assert known == pytest.approx(values, abs=1e-6)
     assert [type(value) for value in known.values()] == [type(v) for v in values.values()]
     with pytest.raises(FileExistsError):
-        params_file.write(path, [], {})
+        settings_file.write(path, [], {}, work)
     with pytest.raises(ValueError, match='exists'):
-        params_file.check_new(path)
+        settings_file.check_new(path)
     with pytest.raises(ValueError, match='no folder'):
-        params_file.check_new(tmp_path / 'none' / 'x.yaml')
-    assert [p.name for p in tmp_path.iterdir()] == ['new.yaml']
-    assert SURE > 0.0
+        settings_file.check_new(tmp_path / 'none' / 'x.yaml')
+    assert sorted(p.name for p in tmp_path.iterdir()) == ['new.yaml', 'work']
+    assert MARGIN > 0.0

@@ -62,32 +62,32 @@ def test_a_window_is_the_same_however_it_comes(base, soon, tmp_path):
     made = [first.window(number) for number in (0, 1)]
     again = Reference(base, 2, tmp_path / 'windows', FINEST)
     assert again.has(1) and not again.has(2)
-    alone = Reference(base, 2, None, FINEST)
+    alone = Reference(base, 2, tmp_path / 'alone', FINEST)
     for other in (again.window(1), alone.window(1)):
         for ours, theirs in zip(made[1], other):
             assert np.array_equal(ours, theirs)
     assert made[0].ends.shape == (2, *FINEST, 3)
 
 
-def test_starts_are_taken_over_exactly(base, soon):
+def test_starts_are_taken_over_exactly(base, soon, tmp_path):
     """A node of a coarse grid has the very place and speed of the reference's node."""
-    own = Reference(base, 1, None, FINEST)
+    own = Reference(base, 1, tmp_path / 'windows', FINEST)
     window = own.window(0)
     cloth = own.start(window, base)
     assert np.array_equal(cloth.positions, window.positions[::2, ::2])
     assert np.array_equal(cloth.velocities[:, 1:], window.velocities[::2, ::2][:, 1:])
-    assert np.array_equal(own.filled(cloth.positions)[::2, ::2], cloth.positions)
+    assert np.array_equal(own.on_finest(cloth.positions)[::2, ::2], cloth.positions)
 
 
-def test_the_reference_has_no_error_and_a_shifted_one_has_its_shift(base, soon):
+def test_the_reference_has_no_error_and_a_shifted_one_has_its_shift(base, soon, tmp_path):
     """The finest grid by its own method is the window's end, up to the single precision."""
-    own = Reference(base, 1, None, FINEST)
+    own = Reference(base, 1, tmp_path / 'windows', FINEST)
     trials, window = Trials(own, base), own.window(0)
-    row, _ = trials.motion(own.grid(*FINEST), window)
+    row, _ = trials.motion(on_grid(own.settings, *FINEST), window)
     # Ends are kept in single precision: 1e-6 m at a height of 9 m, half of its last place.
     assert row['worst_mm'] < 1e-3 and row['substeps'] > 1
     shifted = window._replace(ends=window.ends + [0.0, 0.0, 0.002])
-    row, _ = trials.motion(own.grid(*FINEST), shifted)
+    row, _ = trials.motion(on_grid(own.settings, *FINEST), shifted)
     assert row['rms_mm'] == pytest.approx(2.0, abs=1e-3)
     # 2 mm upwards at the default camera's distance, and cos(elevation) of it across the view.
     camera = trials.camera
@@ -95,11 +95,11 @@ def test_the_reference_has_no_error_and_a_shifted_one_has_its_shift(base, soon):
     assert row['worst_px'] >= row['rms_px']
 
 
-def test_pictures_are_compared_with_the_best_one(base, soon):
+def test_pictures_are_compared_with_the_best_one(base, soon, tmp_path):
     """The same vertices drawn in the best way are the reference's picture, others are not."""
-    own = Reference(base, 1, None, FINEST)
+    own = Reference(base, 1, tmp_path / 'windows', FINEST)
     trials, window = Trials(own, base), own.window(0)
-    best = settings.changed(own.grid(*FINEST), {'samples': 16, 'interpolation': 'perspective'})
+    best = on_grid(own.settings, *FINEST, samples=16, interpolation='perspective')
     row = trials.still(best, window)
     assert row == {'drawing_psnr_db': 99.0, 'drawing_ssim': pytest.approx(1.0)}
     plain = trials.still(base, window)

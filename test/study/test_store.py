@@ -22,7 +22,7 @@ import time
 from types import SimpleNamespace
 
 from flag_sim.study import runner
-from flag_sim.study.runner import Store
+from flag_sim.study.store import Store
 import pytest
 
 SAME = {'version': 1, 'machine': 'this'}
@@ -35,7 +35,7 @@ def test_rows_come_back_as_they_were(tmp_path):
     Store(tmp_path / 'new', SAME).add('part', row)
     again = Store(tmp_path / 'new', SAME)
     assert again.rows('part') == [row]
-    assert again.has('part', '7') and not again.has('part', '8')
+    assert again.row('part', '7') == row and again.row('part', '8') is None
 
 
 def test_half_a_row_is_cut_off(tmp_path):
@@ -52,7 +52,7 @@ def test_half_a_row_is_cut_off(tmp_path):
 
 def test_a_killed_process_loses_at_most_its_present_row(tmp_path):
     """SIGKILL while rows are written as fast as they can be."""
-    code = ('from flag_sim.study.runner import Store; import itertools; '
+    code = ('from flag_sim.study.store import Store; import itertools; '
             f'store = Store({str(tmp_path / "s")!r}, {SAME!r})\n'
             'for n in itertools.count(): store.add("part", {"key": str(n), "x": n / 7}); '
             'print(n, flush=True)')

@@ -19,6 +19,7 @@ import re
 from flag_sim.declarations.nodes import named
 from flag_sim.study import search, tune
 from flag_sim.study.measures.trials import Trials
+from flag_sim.study.store import Store
 import pytest
 from support.study import SMALL
 import yaml
@@ -208,6 +209,6 @@ def test_a_limp_sheet_is_not_taken(tmp_path, monkeypatch):
     exact = search.methods()['symplectic']
     monkeypatch.setattr(search, 'methods', lambda: {
         'symplectic': exact, 'softened': {**exact, 'substeps_limit': 2}})
-    found = search.Search(tune.defaults(), 30.0, tune.Store(tmp_path / 'store', {}))
-    limp, firm = (found._lasting(f'13 x 9, {name}') for name in ('softened', 'symplectic'))
+    found = search.Search(tune.defaults(), 30.0, Store(tmp_path / 'store', {}))
+    limp, firm = (found._stretch_error(f'13 x 9, {name}') for name in ('softened', 'symplectic'))
     assert limp > 5.0 * firm

@@ -18,6 +18,6 @@ from flag_sim.study.measures import reference
 
 SMALL = (
     (search, 'FINEST', (17, 25)), (search, 'WINDOWS', 2), (search, 'CHECKS', 2),
-    (search, 'LASTING', 0.2), (reference, 'SPIN_UP', 0.2), (reference, 'SPACING', 0.1),
+    (search, 'STRETCH_RUN', 0.2), (reference, 'SPIN_UP', 0.2), (reference, 'SPACING', 0.1),
     (reference, 'LEAD', 1.0 / 30.0))
 """(module, name, value): grids up to 13 x 9, two windows soon after the start."""

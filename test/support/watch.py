@@ -117,7 +117,7 @@ class Watcher:
         rclpy.shutdown(context=self._context)
 
 
-def eventually(condition, watcher, seconds=40.0):
+def eventually(condition, watcher, seconds=90.0):
     """Spin until `condition()` holds; fail if it does not in time."""
     end = time.monotonic() + seconds
     while not condition():

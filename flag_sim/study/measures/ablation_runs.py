@@ -16,11 +16,13 @@
 import time
 
 from flag_sim.cloth import Cloth, Diverged
+from flag_sim.cloth.mesh import resample
 from flag_sim.declarations.making import cloth_of, look_of
+from flag_sim.drawing import Picture
 from flag_sim.study.measures import errors, summary
 from flag_sim.study.measures.ablation_terms import settings_of, Term
-from flag_sim.study.measures.reference import MILLI, Shot, Window
-from flag_sim.study.measures.settings import DEFAULTS, picture_of, Settings
+from flag_sim.study.measures.reference import Shot, Window
+from flag_sim.study.measures.settings import DEFAULTS, rendered, Settings
 import numpy as np
 
 SPIN_UP = 3.0  # until the first window: the flag, laid out flat, has then fallen into the wind [s]
@@ -38,41 +40,41 @@ class AblationRuns:
     """
     The runs with and without a Term, in this order, of a scene {parameter: value}.
 
-    Where the run with the term has the finer grid, the other one, whose nodes are all among its
-    nodes, takes every second of its nodes.
+    Where the run with the term has the finer grid, all nodes of the other one are among its nodes.
     """
 
     def __init__(self, term: Term, scene: Settings):
-        on, off = self.settings = settings_of(term, scene)
+        with_it, without = self.settings = settings_of(term, scene)
         self.term = term
-        self.shots = (Shot(on), Shot(off))
-        self.every = (on['grid.columns'] - 1) // (off['grid.columns'] - 1)
-        self.moves = bool(term.nudge or term.remake) or self.differ('physics', 'wind')
+        self.shots = Shot(with_it), Shot(without)
+        self.grid = without['grid.rows'], without['grid.columns']
+        self.moves = bool(term.offset or term.replace) or self.differ('physics', 'wind')
 
     def differ(self, *nodes: str) -> bool:
         """Return whether the settings differ in a parameter of these nodes."""
-        on, off = self.settings
-        return any(on[name] != off[name] for node in nodes for name in DEFAULTS[node])
+        one, other = self.settings
+        return any(one[name] != other[name] for node in nodes for name in DEFAULTS[node])
 
     def starts(self, count: int = WINDOWS) -> list[Window]:
         """Return the first Windows of one run with the term, without their ends."""
-        cloth, at, found = cloth_of(self.settings[0]), 0, []
+        cloth, frame, found = cloth_of(self.settings[0]), 0, []
         for number in range(count):
-            frame = self.shots[0].frames(SPIN_UP + number * SPACING)
-            self.shots[0].play(cloth, at, frame)
+            last, frame = frame, self.shots[0].frames(SPIN_UP + number * SPACING)
+            self.shots[0].play(cloth, last, frame)
             found.append(Window(frame, cloth.positions, cloth.velocities, None))
-            at = frame
         return found
 
     def begin(self, which: int, start: Window) -> Cloth:
         """Return the cloth of one of both runs at a window's start."""
         cloth = cloth_of(self.settings[which])
-        if which and self.term.remake:
-            cloth = self.term.remake(cloth)
-        every = self.every if which else 1
-        positions = start.positions[::every, ::every].copy()
-        positions[:, 1:] += self.term.nudge * which
-        cloth.place(positions, start.velocities[::every, ::every])
+        if which and self.term.replace:
+            cloth = self.term.replace(cloth)
+        positions, velocities = start.positions, start.velocities
+        if which:
+            positions, velocities = (resample(values, *self.grid)
+                                     for values in (positions, velocities))
+            positions[:, 1:] += self.term.offset
+        cloth.place(positions, velocities)
         return cloth
 
     def ends(self, start: Window, seconds: float = WINDOW) -> tuple:
@@ -86,10 +88,6 @@ class AblationRuns:
             except Diverged:
                 found.append(None)
         return tuple(found)
-
-    def common(self, on: np.ndarray, off: np.ndarray) -> tuple:
-        """Return positions (rows, columns, 3) [m] of both runs at the nodes that both have."""
-        return on[::self.every, ::self.every], off
 
     def measured(self) -> dict:
         """
@@ -105,24 +103,26 @@ class AblationRuns:
         starts = self.starts()
         ends = [self.ends(start) if self.moves else (start.positions, start.positions)
                 for start in starts]
-        camera = look_of(self.settings[0]).camera
-        whole = [end for end in ends if end[1] is not None]
-        if self.moves and whole:
-            apart = np.concatenate([errors.pixel_distances(off, on, camera) for on, off in
-                                    (self.common(*end) for end in whole)])
+        ends = [pair for pair in ends if pair[1] is not None]
+        if self.moves and ends:
+            apart = np.concatenate([self._pixels(*pair) for pair in ends])
             row |= {'px_rms': summary.rms(apart), 'px_worst': float(apart.max())}
-            row |= self._long(starts[0], camera)
+            row |= self._long(starts[0])
         times = self.times(starts[-1])
-        return row | self._pictures(whole) | (dict.fromkeys(times) if self.term.remake else times)
+        return row | self._pictures(ends) | (dict.fromkeys(times) if self.term.replace else times)
 
-    def _long(self, start, camera):
+    def _pixels(self, one, other):
+        """Return how far apart the common nodes are in the picture [pixel]."""
+        return errors.pixel_distances(other, resample(one, *self.grid),
+                                      look_of(self.settings[0]).camera)
+
+    def _long(self, start):
         """Return shape_px and energy of the long runs, None where one diverged."""
         runs = [shot.long_run(self.begin(which, start), start.frame, SPIN_UP, LONG - SPIN_UP)
                 for which, shot in enumerate(self.shots)]
         if None in runs:
             return {'shape_px': None, 'energy': None}
-        on, off = self.common(*(run.shape for run in runs))
-        return {'shape_px': summary.rms(errors.pixel_distances(off, on, camera)),
+        return {'shape_px': summary.rms(self._pixels(*(run.shape for run in runs))),
                 'energy': sum(runs[1].energies) / sum(runs[0].energies)}
 
     def _pictures(self, ends):
@@ -130,22 +130,22 @@ class AblationRuns:
         row = dict.fromkeys(('psnr_db', 'ssim', 'levels', 'changed'))
         if not ends:
             return row
-        on, off = ([picture_of(one).draw(end[which], None, *look_of(one)).colour for end in ends]
-                   for which, one in enumerate(self.settings))
-        apart = np.abs(np.int16(on) - np.int16(off))
-        ssims = [errors.ssim(*pair) for pair in zip(off, on)]
-        values = (errors.psnr(np.concatenate(off), np.concatenate(on)), np.mean(ssims),
+        one, other = ([rendered(settings, positions) for positions in run]
+                      for settings, run in zip(self.settings, zip(*ends)))
+        apart = np.abs(np.int16(one) - np.int16(other))
+        ssims = [errors.ssim(*pair) for pair in zip(other, one)]
+        values = (errors.psnr(np.concatenate(other), np.concatenate(one)), np.mean(ssims),
                   apart.mean(), (apart.max(axis=-1) >= VISIBLE).mean())
         return dict(zip(row, map(float, values)))
 
     def times(self, start: Window) -> dict:
         """Return medians and interquartile ranges [ms] of one frame, taken in turns."""
         looks = [look_of(settings) for settings in self.settings]
-        drawn = [picture_of(settings) for settings in self.settings]
-        taken = ([], [])
+        pictures = [Picture(settings['drawing.threads']) for settings in self.settings]
+        times = [], []
         # Another grid is also drawn; the first turn compiles, and does not count.
-        draws = self.differ('renderer') or self.every > 1
-        for _ in range(REPEATS + 1):
+        draws = self.differ('renderer') or self.settings[0]['grid.rows'] != self.grid[0]
+        for _ in range(1 + REPEATS):
             for which, shot in enumerate(self.shots):
                 cloth = self.begin(which, start)
                 wind = shot.wind(start.frame + 1)
@@ -157,10 +157,10 @@ class AblationRuns:
                         pass  # it took its time all the same
                 normals = cloth.normals()
                 if draws:
-                    drawn[which].draw(cloth.positions, normals, *looks[which])
-                taken[which].append(MILLI * (time.perf_counter() - begin))
+                    pictures[which].draw(cloth.positions, normals, *looks[which])
+                times[which].append(1e3 * (time.perf_counter() - begin))
         row = {}
-        for name, times in zip(('with', 'without'), taken):
-            low, median, high = np.percentile(times[1:], [25, 50, 75])
+        for name, some in zip(('with', 'without'), times):
+            low, median, high = np.percentile(some[1:], [25, 50, 75])
             row |= {f'ms_{name}': float(median), f'spread_ms_{name}': float(high - low)}
         return row

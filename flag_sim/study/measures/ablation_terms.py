@@ -17,9 +17,8 @@ from collections.abc import Callable
 import dataclasses
 from typing import NamedTuple
 
-from flag_sim.cloth import Cloth, Material
-from flag_sim.cloth.forces import set_forces, Work
-from flag_sim.cloth.model import Model
+from flag_sim.cloth import Cloth
+from flag_sim.cloth.aerodynamics import add_pressure_forces, set_face_forces
 from flag_sim.cloth.records import Nodes
 from flag_sim.cloth.solvers.symplectic import Symplectic
 from flag_sim.cloth.stepper import Stepper
@@ -38,52 +37,35 @@ class TrueWind(Symplectic):
     part, and added to a step in still air.
     """
 
-    def __init__(self, model):
-        super().__init__(model)
-        limp = Material(model.material.area_density, 0.0, 0.0, 0.0, 0.0)
-        self._limp = Model(model.mesh, limp)
-        self._still = tuple(model.mesh.fields(3))
-        self._wind = Work.of(model.mesh)
-
     def advance(self, state, spare, forcing, dt, count, pool=None):
         """Take count steps of dt [s] from state; return the one of the two with the result."""
-        air = dataclasses.replace(forcing.air, density=0.0)
-        number = self.model.mesh.number
+        still_air = forcing._replace(air=dataclasses.replace(forcing.air, density=0.0))
+        number, inverse_mass = self.model.mesh.number, self.model.sheet.inverse_mass
         kept = number(dt / (1.0 + dt * self.model.material.node_damping))
         for _ in range(count):
-            force = self.force(state, forcing)
-            state, spare = super().advance(state, spare, forcing._replace(air=air), dt, 1), state
-            for x, v, f in zip(state.position, state.velocity, force):
-                gained = kept * f * self.model.inverse_mass
+            wind_force = self.wind_force(state, forcing)
+            state, spare = super().advance(state, spare, still_air, dt, 1), state
+            for x, v, f in zip(*state.nodes, wind_force):
+                gained = kept * f * inverse_mass
                 v += gained
                 x += number(dt) * gained
         return state
 
-    def force(self, state, forcing):
-        """Return the wind's force on every node, x, y and z, flat [N]: that of a limp sheet."""
-        limp, number = self._limp, self.model.mesh.number
-        coefficients = limp.coefficients(forcing._replace(gravity=0.0), self.drag_order)
-        set_forces(Nodes(state.position, self._still), limp.sheet, coefficients, self._wind,
-                   number(0.0), limp.mesh.band())
-        return self._wind.force
+    def wind_force(self, state, forcing):
+        """Return the wind's force (1.3, 1.4) on every node as if it stood still: a Field [N]."""
+        mesh, faces = self.model.mesh, self._work.faces
+        wind = self.model.coefficients(forcing, self.drag_order).wind
+        force, standstill = tuple(mesh.fields(3)), tuple(mesh.fields(3))
+        set_face_forces(Nodes(state.nodes.position, standstill), wind, mesh.number(0.0),
+                        self.model.sheet.weights, faces, mesh.band())
+        add_pressure_forces(faces, force, mesh.band())
+        return force
 
 
-class TrueWindCloth(Cloth):
-    """A Cloth that steps by TrueWind, whatever the name of its solver."""
-
-    @classmethod
-    def like(cls, cloth: Cloth) -> Cloth:
-        """Return one of the same parameters as a Cloth's, at rest."""
-        mesh = cloth.mesh
-        return cls(mesh.rows, mesh.columns, mesh.length, mesh.width, cloth.hoist_top,
-                   material=cloth.material, air=cloth.air, gravity=cloth.gravity,
-                   stepping=cloth.stepping, stretch_limit=cloth.stretch_limit, pole=cloth.pole,
-                   precision=cloth.precision)
-
-    def _remodel(self, mesh, material, solver_name):
-        """Take a mesh and a material, and step by TrueWind whatever the name."""
-        super()._remodel(mesh, material, solver_name)
-        self._stepper = Stepper(mesh, material, TrueWind)
+def in_true_wind(cloth: Cloth) -> Cloth:
+    """Let a cloth step by TrueWind from now on, until its solver or material is changed."""
+    cloth._stepper = Stepper(cloth.mesh, cloth.material, TrueWind)
+    return cloth
 
 
 class Term(NamedTuple):
@@ -91,9 +73,9 @@ class Term(NamedTuple):
     A term: the parameters {name: value} that it has when it is on, and those that switch it off.
 
     A value may be a function of the other settings. shots: names of SHOTS that it may matter in.
-    why: it is on, or off, by default. nudge: first displacement [m] of the run without the term,
-    for the control. remake: turns a Cloth into one without the term, where no parameter does; the
-    time that it takes tells nothing.
+    why: it is on, or off, by default. offset: first displacement [m] of the run without the term,
+    for the control. replace: makes a Cloth one without the term, where no parameter does; the time
+    that it takes tells nothing.
     """
 
     name: str
@@ -101,8 +83,8 @@ class Term(NamedTuple):
     off: dict
     shots: tuple
     why: str
-    nudge: float = 0.0
-    remake: Callable = None
+    offset: float = 0.0
+    replace: Callable = None
 
 
 SHOTS = {
@@ -144,22 +126,22 @@ def linear_density(settings: Settings) -> float:
 
 def finer() -> Settings:
     """Return the parameters of the same sheet on a grid twice as fine."""
-    settings = defaults()
-    fine = on_grid(settings, *(2 * settings[name] - 1 for name in ('grid.rows', 'grid.columns')))
-    return {name: value for name, value in fine.items() if value != settings[name]}
+    coarse = defaults()
+    fine = on_grid(coarse, *(2 * coarse[name] - 1 for name in ('grid.rows', 'grid.columns')))
+    return {name: value for name, value in fine.items() if value != coarse[name]}
 
 
 CONTROL = 'nothing'  # the name of the control: what is left where only the last digits differ
 
 TERMS = (
     Term(CONTROL, {}, {}, WINDS, 'the control: its second run begins a nanometre aside',
-         nudge=1e-9),
+         offset=1e-9),
     Term('gravity', {}, {'gravity': 0.0}, WINDS,
          'on: without it the flag does not hang'),
     Term('wind', {}, {'air.density': 0.0}, WINDS,
          'on: without it the flag hangs still'),
     Term('wind relative to the cloth', {}, {}, ('fresh',),
-         'on: the air brakes the cloth, which else moves too much', remake=TrueWindCloth.like),
+         'on: the air brakes the cloth, which else moves too much', replace=in_true_wind),
     Term('square of the wind, else linear', {},
          {'air.law': 'linear', 'air.density': linear_density}, ('fresh', 'storm'),
          'on: costs the same; matched in one wind, the linear law is wrong in every other'),

@@ -145,7 +145,6 @@ PICTURE = {'psnr_db': Measure('PSNR dB', lambda *pair: min(psnr(*pair), MOST_DB)
            'ssim': Measure('SSIM', ssim, summary.mean)}
 """{column: Measure} of images (height, width, 3) uint8."""
 MEASURES = {**MOTION, **PICTURE, **{f'drawing_{name}': own for name, own in PICTURE.items()}}
-COST = ('physics_ms', 'drawing_ms')  # columns of what a frame takes
 
 
 def measured(measures: dict[str, Measure], *arguments) -> dict[str, float]:

@@ -20,8 +20,8 @@ therefore compared as forecasts are: over short windows, each of which starts fr
 reference. The grids are nested: each node of a coarser one is a node of the finest, whose state
 it takes as it is.
 
-The shot goes on the middle grid, every second node of the finest; the last LEAD seconds before a
-window are played on the finest itself, so that its own small wrinkles are there.
+The shot is played on the middle grid, every second node of the finest; the last LEAD seconds
+before a window are played on the finest itself, so that its own small wrinkles are there.
 """
 from collections.abc import Iterator
 from pathlib import Path
@@ -44,22 +44,21 @@ SPACING = 0.5  # from one window to the next [s]
 LEAD = 0.1  # on the finest grid before a window [s]
 WINDOW = 1.0 / 30.0
 """Length of a window, in which errors are ranked [s]; see the report on why not longer."""
-CORNER = 1.0 / 3.0, 2.0 / 3.0
-"""Place of the node whose sideways motion is listened to: parts of height and length."""
-MILLI = 1e3
+PROBE = 1.0 / 3.0, 2.0 / 3.0
+"""Place of the node whose sideways motion is recorded: parts of height and length."""
 
 
 class LongRun(NamedTuple):
-    """What is left to compare of a run that is longer than trajectories can be compared."""
+    """What can be compared of a run that is longer than trajectories can be compared."""
 
     shape: np.ndarray  # mean positions (rows, columns, 3) [m]
     energies: list     # kinetic energy of each frame [J]
-    sideways: list     # velocity of one node across the wind in each frame [m/s]
+    sideways: list     # velocity of the probe's node across the wind in each frame [m/s]
 
 
 class Shot:
     """
-    The wind of settings (see settings.WEATHER), frame by frame.
+    The wind of settings (see settings.WIND_DEFAULTS), frame by frame.
 
     Within a frame the wind is steady, as it is for the physics node.
     """
@@ -76,7 +75,7 @@ class Shot:
         return round(seconds / self.dt)
 
     def wind(self, frame: int) -> np.ndarray:
-        """Return what blows, (3,) [m/s], in the frame of that number."""
+        """Return the wind (3,) [m/s] in the frame of that number."""
         gust = self._intensity * self._gusts.at(self._speed * frame * self.dt)
         return wind_vector(self._speed, *self._direction, gust)
 
@@ -93,7 +92,7 @@ class Shot:
                 steps = cloth.advance(self.dt, self.wind(frame))
             except Diverged:
                 return
-            yield steps, MILLI * (time.perf_counter() - begin)
+            yield steps, 1e3 * (time.perf_counter() - begin)
 
     def long_run(self, cloth: Cloth, first: int, settle: float, seconds: float) -> LongRun | None:
         """
@@ -105,7 +104,7 @@ class Shot:
         skipped, count = self.frames(settle), self.frames(settle + seconds) - self.frames(settle)
         energies, sideways, mean = [], [], 0.0
         node = tuple(round(part * (number - 1)) for part, number in zip(
-            CORNER, (cloth.mesh.rows, cloth.mesh.columns)))
+            PROBE, (cloth.mesh.rows, cloth.mesh.columns)))
         for done, _ in enumerate(self.timed(cloth, first, first + skipped + count), 1):
             if done > skipped:
                 energies.append(kinetic_energy(model, cloth.velocities))
@@ -123,36 +122,35 @@ class Window(NamedTuple):
     ends: np.ndarray        # (frames, rows, columns, 3) [m]
 
 
-def nested(finest: tuple = FINEST) -> list[tuple[int, int]]:
+def nested(finest: tuple[int, int]) -> list[tuple[int, int]]:
     """Return the grids (rows, columns) that are nested in the finest, from coarse to fine."""
     rows, columns = finest[0] - 1, finest[1] - 1
     return [(rows // every + 1, columns // every + 1) for every in range(columns // 2, 1, -1)
             if rows % every == 0 and columns % every == 0 and rows // every >= 2]
 
 
-def on_grid(settings: Settings, rows: int, columns: int) -> Settings:
+def on_grid(settings: Settings, rows: int, columns: int, **changes) -> Settings:
     """
-    Return settings for the same sheet on another grid.
+    Return settings, also changed otherwise, for the same sheet on another grid.
 
     The parameter `damping` is a ratio to the critical damping of one spring, whose dashpot for a
-    given ratio is proportional to the spacing; so that the sheet keeps its dashpots, the ratio
-    goes with the number of intervals.
+    given ratio is proportional to the spacing; so that the sheet keeps its dashpots, the ratio is
+    scaled with the number of intervals.
     """
     scale = (columns - 1) / (settings['grid.columns'] - 1)
     return changed(settings, {'grid.rows': rows, 'grid.columns': columns,
-                              'damping': settings['damping'] * scale})
+                              'damping': settings['damping'] * scale, **changes})
 
 
 class Reference:
     """
-    The windows of a shot, made as they are asked for, in the order of their numbers.
+    The windows of a shot, computed when they are asked for.
 
-    settings: of the shot and of the sheet. frames: length of a window. folder: where finished
-    windows are kept from run to run, or None.
+    settings: of the shot and of the sheet. frames: length of a window. folder: where windows are
+    kept from run to run. finest: rows and columns of the grid.
     """
 
-    def __init__(self, settings: Settings, frames: int, folder: Path | None = None,
-                 finest: tuple = FINEST):
+    def __init__(self, settings: Settings, frames: int, folder: Path, finest: tuple[int, int]):
         self.settings = {**settings, 'solver': 'symplectic', 'substeps': 0, 'step_safety': 0.9,
                          'substeps_limit': 10**6, 'precision': 'float64'}
         self.shot = Shot(settings)
@@ -160,69 +158,53 @@ class Reference:
         self.finest = finest
         self.folder = folder
         self._windows = {}
-        self._middle = self._frame = None
-
-    def grid(self, rows: int, columns: int, **changes) -> Settings:
-        """Return the settings of the reference on a nested grid."""
-        return changed(on_grid(self.settings, rows, columns), changes)
-
-    def frame(self, number: int) -> int:
-        """Return the frame that a window starts from."""
-        return round((SPIN_UP + number * SPACING) / self.shot.dt)
+        self._middle = self._frame = None  # the cloth on the middle grid, and its frame
 
     def has(self, number: int) -> bool:
         """Return whether a window is there already."""
-        return number in self._windows or bool(self.folder and self._path(number).exists())
+        return self._path(number).exists()
 
     def window(self, number: int) -> Window:
         """Return a window."""
         if number not in self._windows:
-            path = self.folder and self._path(number)
-            if path and path.exists():
-                with np.load(path) as kept:
-                    self._windows[number] = Window(
-                        int(kept['frame']), *(kept[name].astype(np.float64)
-                                              for name in Window._fields[1:]))
-            else:
-                window = self._windows[number] = self._make(number)
-                if path:
-                    path.parent.mkdir(exist_ok=True)
-                    beside = path.with_name('unfinished.npz')
-                    np.savez(beside, frame=window.frame, **{
-                        name: np.float32(getattr(window, name)) for name in Window._fields[1:]})
-                    beside.replace(path)
+            path = self._path(number)
+            if not path.exists():
+                path.parent.mkdir(exist_ok=True)
+                unfinished = path.with_name('unfinished.npz')
+                np.savez(unfinished, **self._computed(number)._asdict())
+                unfinished.replace(path)
+            with np.load(path) as kept:
+                window = Window(**kept)
+            self._windows[number] = window._replace(frame=int(window.frame))
         return self._windows[number]
 
     def start(self, window: Window, settings: Settings) -> Cloth:
-        """Return the Cloth of settings, on a nested grid, in the state of a window's start."""
+        """Return the Cloth of settings in the state of a window's start: exact on nested grids."""
         cloth = cloth_of(settings)
-        every = (self.finest[1] - 1) // (settings['grid.columns'] - 1)
-        cloth.place(window.positions[::every, ::every], window.velocities[::every, ::every])
+        cloth.place(*(resample(values, cloth.mesh.rows, cloth.mesh.columns)
+                      for values in (window.positions, window.velocities)))
         return cloth
 
-    def filled(self, positions: np.ndarray) -> np.ndarray:
-        """Return positions of a nested grid at all nodes of the finest, as triangles fill them."""
+    def on_finest(self, positions: np.ndarray) -> np.ndarray:
+        """Return positions of another grid at all nodes of the finest, as triangles fill them."""
         return resample(positions, *self.finest)
 
-    def _make(self, number):
-        frame, dt = self.frame(number), self.shot.dt
-        begin = frame - round(LEAD / dt)
-        rows, columns = (self.finest[0] + 1) // 2, (self.finest[1] + 1) // 2
+    def _computed(self, number):
+        """Return a window; the cloth on the middle grid moves on from the last one, if it can."""
+        frame = self.shot.frames(SPIN_UP + number * SPACING)
+        begin = frame - self.shot.frames(LEAD)
+        rows, columns = ((count + 1) // 2 for count in self.finest)
         if self._middle is None or self._frame > begin:
-            self._middle, self._frame = cloth_of(self.grid(rows, columns)), 0
+            self._middle, self._frame = cloth_of(on_grid(self.settings, rows, columns)), 0
         self.shot.play(self._middle, self._frame, begin)
         self._frame = begin
-        cloth = cloth_of(self.grid(*self.finest))
-        cloth.place(self.filled(self._middle.positions), self.filled(self._middle.velocities))
+        cloth = cloth_of(on_grid(self.settings, *self.finest))
+        cloth.place(*map(self.on_finest, (self._middle.positions, self._middle.velocities)))
         self.shot.play(cloth, begin, frame)
-        # In single precision, as on the disk, so that a window is the same when it is read again.
-        start = [np.float32(values).astype(np.float64)
-                 for values in (cloth.positions, cloth.velocities)]
-        cloth.place(*start)
-        ends = []
+        start, ends = (cloth.positions, cloth.velocities), []
         for after in range(frame, frame + self.frames):
             self.shot.play(cloth, after, after + 1)
-            ends.append(np.float32(cloth.positions).astype(np.float64))
+            ends.append(cloth.positions)
         return Window(frame, *start, np.array(ends))
 
     def _path(self, number):

@@ -13,11 +13,13 @@
 # limitations under the License.
 
 """The settings of a run: {parameter: value} of all three nodes in one, and changes of them."""
+from flag_sim.declarations.making import look_of
 from flag_sim.declarations.physics import PHYSICS
 from flag_sim.declarations.renderer import RENDERER
 from flag_sim.declarations.scene import SCENE
 from flag_sim.declarations.wind import WIND
 from flag_sim.drawing import Picture
+import numpy as np
 
 Settings = dict[str, object]
 """{parameter: value}, of every parameter that a frame depends on."""
@@ -31,12 +33,12 @@ def _defaults(declarations, but=()) -> Settings:
             for one in declarations if one.name not in but}
 
 
-WEATHER = {name: default for name, default in _defaults(WIND).items()
-           if name in ('rate', 'speed', 'azimuth', 'elevation') or name.startswith('gust.')}
+WIND_DEFAULTS = {name: default for name, default in _defaults(WIND).items()
+                 if name in ('rate', 'speed', 'azimuth', 'elevation') or name.startswith('gust.')}
 """The wind node's parameters that a frame depends on."""
 
 DEFAULTS = {
-    'wind': WEATHER,
+    'wind': WIND_DEFAULTS,
     'physics': _defaults(PHYSICS, but=['max_gap', 'preroll', *_defaults(SCENE, CLOTH_SIZES)]),
     'renderer': {**_defaults(RENDERER, but=['threads', *CLOTH_SIZES]), 'drawing.threads': 1},
 }
@@ -54,9 +56,8 @@ MAX_GAP = _defaults(PHYSICS)['max_gap']
 
 def defaults(**changes) -> Settings:
     """Return new settings: the defaults, changed; `__` in a name stands for a dot."""
-    changes = {name.replace('__', '.'): value for name, value in changes.items()}
     return changed({name: value for own in DEFAULTS.values() for name, value in own.items()},
-                   changes)
+                   {name.replace('__', '.'): value for name, value in changes.items()})
 
 
 def changed(settings: Settings, changes: Settings) -> Settings:
@@ -67,6 +68,7 @@ def changed(settings: Settings, changes: Settings) -> Settings:
     return {**settings, **changes}
 
 
-def picture_of(settings: Settings) -> Picture:
-    """Return a Picture that draws with the settings' threads."""
-    return Picture(settings['drawing.threads'])
+def rendered(settings: Settings, positions: np.ndarray) -> np.ndarray:
+    """Return the picture of a cloth, (rows, columns, 3) [m]: (height, width, 3) uint8."""
+    return Picture(settings['drawing.threads']).draw(
+        positions, None, *look_of(settings)).colour

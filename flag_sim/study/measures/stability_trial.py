@@ -15,10 +15,11 @@
 """
 One trial of a method: a small flag, some steps, and what became of it.
 
-raw asks the method itself, Solver.advance in steps of a fixed length; through_cloth asks what a
-user gets, Cloth.advance, which divides frames into steps, softens, and limits the stretch.
+solver_alone tries the method itself, Solver.advance in steps of a fixed length; through_cloth
+what a user gets, Cloth.advance, which divides frames into steps, softens, limits the stretch.
 """
 import math
+from typing import NamedTuple
 
 from flag_sim.animation.wind_vector import wind_vector
 from flag_sim.cloth import Air, Cloth, Diverged, Material
@@ -29,34 +30,40 @@ from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.cloth.stability import damping_bound, frequency_bound
 from flag_sim.cloth.state import State
 from flag_sim.declarations.making import hang_of
-from flag_sim.study.measures.settings import defaults, WEATHER
+from flag_sim.study.measures.settings import defaults, WIND_DEFAULTS
 import numpy as np
 
 ROWS, COLUMNS = 9, 13
-"""Of the flag: what breaks is the finest wave of a grid, which every grid has."""
+"""Of the flag: what becomes unstable is the finest wave of a grid, which every grid has."""
 HOIST_TOP, LENGTH, WIDTH = hang_of(defaults())
 MESH = Mesh(ROWS, COLUMNS, LENGTH, WIDTH)
 NOISE = 1e-3
 """Of the first positions, in parts of a cell: something for an unstable wave to grow from."""
-STEPS = 500  # in which a raw scheme must diverge, or counts as stable
+STEPS = 500  # in which a method must diverge, or counts as stable
 CHUNK = 50  # steps between two looks at the state
 FAR = 100.0  # times farther than wind and gravity can carry a free cloth: a place for numbers only
 FRAMES = 2  # that a cloth is moved by at least, and on until it has taken STEPS steps
 
-STABLE, SOFTENED, REACH, HELD, DIVERGING = 'stable', 'softened', 'reach', 'held', 'diverging'
-OUTCOMES = {
-    STABLE: 'stable',
-    SOFTENED: 'bounded, stiffness or damping lowered',
-    REACH: 'bounded, held back at stretch_limit',
-    HELD: 'frame refused (Diverged), cloth held',
-    DIVERGING: 'diverging',
-}
-"""What can become of a trial, in words."""
+
+class Outcome(NamedTuple):
+    """What can become of a trial: its name, its letter in the rows of a map, and in words."""
+
+    name: str
+    letter: str
+    text: str
 
 
-def blowing(speed: float) -> tuple[float, float, float]:
-    """Return a wind of a speed [m/s], in the direction of the default shot."""
-    return tuple(wind_vector(speed, WEATHER['azimuth'], WEATHER['elevation']).tolist())
+STABLE = Outcome('stable', 's', 'stable')
+SOFTENED = Outcome('softened', 'f', 'bounded, stiffness or damping lowered')
+LIMITED = Outcome('limited', 'l', 'bounded, held back at stretch_limit')
+REFUSED = Outcome('refused', 'r', 'frame refused (Diverged), cloth stays as it was')
+DIVERGING = Outcome('diverging', 'd', 'diverging')
+OUTCOMES = (STABLE, SOFTENED, LIMITED, REFUSED, DIVERGING)
+
+
+def wind_of(speed: float) -> tuple[float, float, float]:
+    """Return the wind (3) [m/s] of a speed, in the direction of the default shot."""
+    return tuple(wind_vector(speed, WIND_DEFAULTS['azimuth'], WIND_DEFAULTS['elevation']).tolist())
 
 
 def sheet(stiffness: float, area_density: float = Material.area_density,
@@ -85,14 +92,14 @@ def largest_step(solver: str, material: Material, air: Air, mesh: Mesh = MESH) -
     return SOLVERS[solver].largest_step(frequency_bound(model), damping_bound(model), air)
 
 
-def raw(solver: str, material: Material, forcing: Forcing, dt: float,
-        far: float | None = None) -> str:
+def solver_alone(solver: str, material: Material, forcing: Forcing, dt: float,
+                 far: float | None = None) -> Outcome:
     """
     Return DIVERGING or STABLE for STEPS steps of dt [s] of a method, without planner or limits.
 
     Diverging: a node is not finite, or farther than `far` [m] from where it was. By default that
     is FAR times what the flag's size, the wind and free fall together account for; where springs
-    do not diverge nothing else can be so far, however limp they are.
+    do not diverge nothing else can be so far, however soft they are.
     """
     method = SOLVERS[solver](Model(MESH, material))
     state, spare = State(MESH), State(MESH)
@@ -110,8 +117,8 @@ def raw(solver: str, material: Material, forcing: Forcing, dt: float,
     return STABLE
 
 
-def through_cloth(solver: str, material: Material, wind: tuple, dt: float) -> str:
-    """Return the worst that some frames of dt [s] show: STABLE, REACH, SOFTENED or HELD."""
+def through_cloth(solver: str, material: Material, wind: tuple, dt: float) -> Outcome:
+    """Return the worst that some frames of dt [s] show: STABLE, LIMITED, SOFTENED or REFUSED."""
     cloth = Cloth(ROWS, COLUMNS, LENGTH, WIDTH, HOIST_TOP, material=material, solver=solver)
     cloth.place(first_positions())
     seen = {STABLE}
@@ -120,11 +127,11 @@ def through_cloth(solver: str, material: Material, wind: tuple, dt: float) -> st
         try:
             steps = cloth.advance(dt, wind)
         except Diverged:
-            return HELD
+            return REFUSED
         frames += 1
         taken += steps.granted
         if min(steps.stiffness_factor, steps.damping_factor) < 1.0:
             seen.add(SOFTENED)
         if cloth.held:
-            seen.add(REACH)
-    return next(outcome for outcome in (SOFTENED, REACH, STABLE) if outcome in seen)
+            seen.add(LIMITED)
+    return next(outcome for outcome in (SOFTENED, LIMITED, STABLE) if outcome in seen)

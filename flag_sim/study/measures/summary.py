@@ -20,10 +20,10 @@ import numpy as np
 Rows = list[dict]
 """Rows of measurements {column: value}, None where a run diverged."""
 
-WORTH = 0.1  # part of an error that makes a difference
-SURE = 2.0
+COST = ('physics_ms', 'drawing_ms')  # columns whose sum is what a frame costs
+MIN_GAIN = 0.1  # part of an error that makes a difference
+SIGNIFICANT = 2.0
 """Standard deviations by which two costs must differ to count as two: 1 of 20 pairs errs."""
-
 QUARTILE = 0.6745  # of the standard normal distribution: half of all values are nearer to zero
 
 
@@ -58,22 +58,16 @@ def mean(rows: Rows, column: str) -> float | None:
     return sum(values) / len(values) if values else None
 
 
-def quartiles(rows: Rows, *columns: str) -> tuple | None:
+def quartiles(rows: Rows, *columns: str) -> tuple[float, float, float] | None:
     """Return (lower quartile, median, upper quartile) of the sum of some columns, None if none."""
     values = [sum(row[column] for column in columns) for row in rows
               if None not in [row[column] for column in columns]]
     return tuple(float(q) for q in np.percentile(values, (25, 50, 75))) if values else None
 
 
-def milliseconds(rows: Rows, *columns: str) -> str:
-    """Return a median and its spread in words: '1.2 (1.1 to 1.4)'."""
-    found = quartiles(rows, *columns)
-    return '–' if found is None else f'{found[1]:.3g} ({found[0]:.3g} to {found[2]:.3g})'
-
-
-def whole(rows: Rows, *columns: str) -> Rows:
+def complete(rows: Rows, *columns: str) -> Rows:
     """
-    Return the rows of the turns in which every setting was run, as the table was left.
+    Return the rows of the turns in which every setting was run.
 
     columns: that name a setting. An interruption or the end of the time leaves the last turn
     with some settings only, which would otherwise be judged by other turns than the rest.
@@ -84,45 +78,45 @@ def whole(rows: Rows, *columns: str) -> Rows:
     return [row for row in rows if row['turn'] in full] if full else rows
 
 
-def leveled(rows: Rows, *columns: str) -> Rows:
+def leveled(rows: Rows) -> Rows:
     """
-    Return rows whose times are cleared of what is common to all settings in a turn.
+    Return the rows of complete turns, their times cleared of what is common to a turn.
 
-    rows: of turns that all settings took; columns: of times. A turn in which the machine was slow
-    for all says nothing on their order.
+    A turn in which the machine was slow for all settings says nothing on their order.
     """
-    logs = _logs(rows, *columns)
+    rows = complete(rows, 'setting')
+    logs = _log_costs(rows)
     if not len(logs):
         return rows
     common = np.exp(np.median(logs - np.median(logs, axis=1, keepdims=True), axis=0))
     factors = dict(zip(grouped(rows, 'turn'), common))
     return [{**row, **{column: row[column] and float(row[column] / factors[row['turn']])
-                       for column in columns}} for row in rows]
+                       for column in COST}} for row in rows]
 
 
-def resolution(rows: Rows, *columns: str) -> float:
+def resolution(rows: Rows) -> float:
     """
     Return the part of a cost by which the medians of two settings must differ to be told apart.
 
-    rows: leveled; the cost is the sum of the columns. The logarithm of a time scatters by s from
-    turn to turn. So two turns of one setting differ by sqrt(2) s, in the median by QUARTILE times
-    that, which a few disturbed frames do not move. A median of n turns has the standard error
+    The logarithm of a time scatters by s from turn to turn, once the turns are leveled. So two
+    turns of one setting differ by sqrt(2) s, in the median by QUARTILE times that, which a few
+    disturbed frames do not move. A median of n turns has the standard error
     sqrt(pi / 2) s / sqrt(n), the difference of two medians sqrt(2) times that.
     """
-    logs = _logs(rows, *columns)
+    logs = _log_costs(leveled(rows))
     count = logs.shape[1]
     one, other = np.triu_indices(count, 1)
     if not len(one) * len(logs):
         return 0.0
     scatter = np.median(np.abs(logs[:, one] - logs[:, other])) / (QUARTILE * math.sqrt(2.0))
-    return math.expm1(SURE * math.sqrt(math.pi / count) * scatter)
+    return math.expm1(SIGNIFICANT * math.sqrt(math.pi / count) * scatter)
 
 
-def _logs(rows, *columns):
-    """Return logarithms of the sum of columns: (settings, turns), of whom none diverged."""
-    found = [[sum(row[column] for column in columns) for row in some]
+def _log_costs(rows):
+    """Return logarithms of costs, (settings, turns), of the settings that never diverged."""
+    found = [[sum(row[column] for column in COST) for row in some]
              for some in grouped(rows, 'setting').values()
-             if not any(row[column] is None for row in some for column in columns)]
+             if not any(row[column] is None for row in some for column in COST)]
     return np.log(np.array(found).reshape(len(found), -1 if found else 0))
 
 
@@ -130,9 +124,8 @@ def frontier(points: list[tuple[float, float]], same: float) -> list[int]:
     """
     Return the indices of points (cost, error) that no other beats in both, by their cost.
 
-    Costs less than the part `same` apart count as equal (see resolution): the chances of timing,
-    not the settings, would decide which is the cheaper. A dearer point must lower the error by at
-    least the part WORTH of it: less is not worth a place.
+    Costs less than the part `same` apart count as equal (see resolution): chance would decide
+    which is the cheaper. A dearer point must lower the error by at least the part MIN_GAIN of it.
     """
     best, found = math.inf, []
     for index in sorted(range(len(points)), key=lambda i: points[i]):
@@ -140,6 +133,6 @@ def frontier(points: list[tuple[float, float]], same: float) -> list[int]:
         beaten = any(other < wrong and cost <= dearer <= (1.0 + same) * cost
                      for dearer, other in points)
         if wrong < best and not beaten:
-            best = (1.0 - WORTH) * wrong
+            best = (1.0 - MIN_GAIN) * wrong
             found.append(index)
     return found

@@ -18,11 +18,12 @@ from pathlib import Path
 import time
 
 from flag_sim.cloth import Cloth
+from flag_sim.cloth.stability import Plan
 from flag_sim.declarations.making import look_of
+from flag_sim.drawing import Picture
 from flag_sim.study.measures.errors import Measure, measured, MOTION, PICTURE, resized
-from flag_sim.study.measures.reference import (
-    FINEST, MILLI, nested, on_grid, Reference, Window)
-from flag_sim.study.measures.settings import changed, defaults, picture_of, Settings
+from flag_sim.study.measures.reference import FINEST, on_grid, Reference, Window
+from flag_sim.study.measures.settings import changed, defaults, rendered, Settings
 import numpy as np
 
 BEST = {'samples': 16, 'interpolation': 'perspective', 'hidden_surface': 'zbuffer',
@@ -35,8 +36,8 @@ class Trials:
     """
     Compares settings with a Reference, as the camera of `base` settings sees both.
 
-    frames: after how many frames of a window. Compiles what it meets for the first time before
-    it measures.
+    frames: after how many frames of a window. Whatever has to be compiled is compiled before it is
+    timed.
     """
 
     def __init__(self, reference: Reference, base: Settings, frames: int = 1):
@@ -45,7 +46,7 @@ class Trials:
         self.frames = frames
         self.camera = look_of(base).camera
         self._compiled = set()
-        self._drawn = {}
+        self._best_pictures = {}
 
     def start(self, settings: Settings, window: Window) -> Cloth:
         """Return the Cloth of settings at a window's start, with all compiled that moves it."""
@@ -55,6 +56,23 @@ class Trials:
             self.reference.start(window, settings).advance(1e-6)
         return self.reference.start(window, settings)
 
+    def run(self, settings: Settings, window: Window, frames: int,
+            disturbance: np.ndarray | float = 0.0) -> tuple[list, list, Plan]:
+        """
+        Run settings through frames from a window's start, moved by a disturbance [m].
+
+        Return the positions (rows, columns, 3) [m] after each frame, each frame's time [ms],
+        normals included, and the last Plan of steps; fewer frames if the run diverged.
+        """
+        cloth, ends, times, steps = self.start(settings, window), [], [], None
+        cloth.place(cloth.positions + disturbance, cloth.velocities)
+        for steps, taken in self.reference.shot.timed(cloth, window.frame, window.frame + frames):
+            begin = time.perf_counter()
+            cloth.normals()
+            times.append(taken + 1e3 * (time.perf_counter() - begin))
+            ends.append(cloth.positions)
+        return ends, times, steps
+
     def motion(self, settings: Settings, window: Window) -> tuple[dict, np.ndarray | None]:
         """
         Run settings through a window; return a row of numbers and where it ended.
@@ -63,17 +81,11 @@ class Trials:
         window, when what it needs is in the caches. stiffness: what the steps left of it. If the
         run diverged all are None, and so are the positions.
         """
-        cloth, last = self.start(settings, window), window.frame + self.frames
-        times, positions = [], None
-        for steps, taken in self.reference.shot.timed(cloth, window.frame, last + TIMED):
-            begin = time.perf_counter()
-            cloth.normals()
-            times.append(taken + MILLI * (time.perf_counter() - begin))
-            if len(times) == self.frames:
-                positions = cloth.positions
+        ends, times, steps = self.run(settings, window, self.frames + TIMED)
         if len(times) < self.frames + TIMED:
             return dict.fromkeys((*MOTION, 'physics_ms', 'substeps', 'stiffness')), None
-        row = measured(MOTION, self.reference.filled(positions), self._end(window), self.camera)
+        positions = ends[self.frames - 1]
+        row = measured(MOTION, self.reference.on_finest(positions), self._end(window), self.camera)
         return {**row, 'physics_ms': sorted(times[self.frames:])[TIMED // 2],
                 'substeps': steps.granted, 'stiffness': steps.stiffness_factor}, positions
 
@@ -86,14 +98,13 @@ class Trials:
         """
         if positions is None:
             return dict.fromkeys(('drawing_ms', *measures))
-        picture, look = picture_of(settings), look_of(settings)
-        picture.draw(positions, None, *look)
+        picture, look = Picture(settings['drawing.threads']), look_of(settings)
         times = []
-        for _ in range(TIMED):
+        for _ in range(1 + TIMED):  # the first compiles, and does not count
             begin = time.perf_counter()
             frame = picture.draw(positions, None, *look)
-            times.append(MILLI * (time.perf_counter() - begin))
-        return {'drawing_ms': sorted(times)[TIMED // 2],
+            times.append(1e3 * (time.perf_counter() - begin))
+        return {'drawing_ms': sorted(times[1:])[TIMED // 2],
                 **self._likeness(measures, frame.colour, window)}
 
     def row(self, settings: Settings, window: Window, measures: dict = PICTURE) -> dict:
@@ -103,26 +114,20 @@ class Trials:
 
     def still(self, settings: Settings, window: Window) -> dict:
         """Return what drawing the reference's own vertices by settings does to the picture."""
-        image = picture_of(settings).draw(self._end(window), None, *look_of(settings)).colour
-        return {f'drawing_{name}': value
-                for name, value in self._likeness(PICTURE, image, window).items()}
+        found = self._likeness(PICTURE, rendered(settings, self._end(window)), window)
+        return {f'drawing_{name}': value for name, value in found.items()}
 
     def _likeness(self, measures, image, window):
         """Return measures of an image, shown at the size of the reference's picture."""
-        right = self._right(window)
-        return measured(measures, resized(image, *right.shape[:2]), right)
+        if window.frame not in self._best_pictures:
+            self._best_pictures[window.frame] = rendered(
+                changed(self.base, BEST), self._end(window))
+        best = self._best_pictures[window.frame]
+        return measured(measures, resized(image, *best.shape[:2]), best)
 
     def _end(self, window):
         """Return where the reference is at the end of a window: (rows, columns, 3) [m]."""
         return window.ends[self.frames - 1]
-
-    def _right(self, window):
-        """Return the reference's picture."""
-        if window.frame not in self._drawn:
-            best = changed(self.base, BEST)
-            self._drawn[window.frame] = picture_of(best).draw(
-                self._end(window), None, *look_of(best)).colour.copy()
-        return self._drawn[window.frame]
 
 
 BASE = defaults(gust__intensity=0.3)
@@ -136,7 +141,7 @@ def base_trials(folder: Path) -> Trials:
     return Trials(Reference(BASE, LONG, folder / 'windows', FINEST), BASE)
 
 
-def windows(folder: Path) -> list[int]:
+def window_numbers(folder: Path) -> list[int]:
     """Return the numbers of the windows that are there, one after the other."""
     reference = base_trials(folder).reference
     found = []
@@ -145,10 +150,14 @@ def windows(folder: Path) -> list[int]:
     return found
 
 
+def rows_for(columns: int) -> int:
+    """Return the rows of the grid of so many columns, whose cells are shaped as FINEST's are."""
+    return (columns - 1) * (FINEST[0] - 1) // (FINEST[1] - 1) + 1
+
+
 def with_grid(columns: int, **changes) -> Settings:
-    """Return BASE for the same sheet on the nested grid of so many columns, otherwise changed."""
-    (rows,) = [rows for rows, count in nested(FINEST) if count == columns]
-    return changed(on_grid(BASE, rows, columns), changes)
+    """Return BASE for the same sheet on the grid of so many columns, otherwise changed."""
+    return on_grid(BASE, rows_for(columns), columns, **changes)
 
 
 def finer() -> Settings:

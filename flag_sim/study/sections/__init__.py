@@ -20,7 +20,8 @@ import pkgutil
 from typing import Protocol
 
 from flag_sim.study.measures.summary import Rows
-from flag_sim.study.runner import Batch, Store
+from flag_sim.study.runner import Batch
+from flag_sim.study.store import Store
 
 
 class Section(Protocol):
@@ -36,13 +37,13 @@ class Section(Protocol):
     SHARE: float  # of the study's time, in parts of the sum of all shares
 
     def batches(store: Store) -> Iterator[Batch]:
-        """Yield its rows, the most important first: a shorter study has the first of them."""
+        """Yield its rows, the most important first: a short study has only the first of them."""
 
     def text(rows: Rows) -> str:
         """Return its Markdown text in the report, heading (##) and tables."""
 
-    def plots(rows: Rows, folder: Path) -> list[tuple[str, str]]:
-        """Draw into folder; return (file name, what to see there). Needs matplotlib."""
+    def plots(rows: Rows, folder: Path) -> Iterator[tuple[str, str]]:
+        """Draw into folder; yield (file name, what to see there). Needs matplotlib."""
 
 
 def all_sections() -> list[Section]:

@@ -15,22 +15,24 @@
 """
 What each term is worth: the motion, the picture and the time without it.
 
-The motion is chaotic: two runs that differ in anything part in a second or two, to wherever they
-like. So the change of the motion is taken twice. Over short windows, which begin from the same
-states of the run with the term; and, from a long run, of its mean shape and kinetic energy. The
-control shows what both are where nothing but the last digits differ.
+The motion is chaotic: two runs that differ in anything part in a second or two. So the change of
+the motion is taken twice. Over short windows, which begin from the same states of the run with the
+term; and, from a long run, of its mean shape and kinetic energy. The control shows what both are
+where nothing but the last digits differ.
 """
-import functools
+from collections.abc import Iterator
+from pathlib import Path
 
-from flag_sim.declarations.making import look_of
 from flag_sim.study import plots as drawing
 from flag_sim.study.measures import errors
 from flag_sim.study.measures.ablation_runs import (
     AblationRuns, LONG, SPIN_UP, VISIBLE, WINDOW, WINDOWS)
 from flag_sim.study.measures.ablation_terms import SHOTS, TERMS
-from flag_sim.study.measures.settings import picture_of
+from flag_sim.study.measures.settings import rendered
+from flag_sim.study.measures.summary import Rows
 from flag_sim.study.report import number, table
 from flag_sim.study.runner import Batch
+from flag_sim.study.store import Store
 import numpy as np
 
 PLACE, NAME, SHARE = 9, 'ablation', 3.0
@@ -39,32 +41,27 @@ APART = 1.0  # time since both runs of two pictures were in the same state [s]
 COLUMNS = 4  # of the sheet of pictures
 SHRUNK = 2  # pixels of a picture that one of the sheet stands for, along each side
 GAP = 4  # between two pictures [pixel]
+BY_NAME = {term.name: term for term in TERMS}
 
 
-def batches(store):
+def batches(store: Store) -> Iterator[Batch]:
     """Measure one row for each term and shot, all terms in their first shot first."""
     del store
     for place in range(max(len(term.shots) for term in TERMS)):
         for term in TERMS:
             for shot in term.shots[place:place + 1]:
-                yield Batch(f'{term.name}, {shot}', {
-                    f'{term.name}/{shot}': functools.partial(_row, term, shot)})
+                yield Batch(f'{term.name}, {shot}', [{'term': term.name, 'shot': shot}], measured)
 
 
-def _row(term, shot):
-    return {'term': term.name, 'shot': shot, **measure(term, SHOTS[shot])}
+def measured(term, shot):
+    """Return the numbers of a term in a shot, by their names: see AblationRuns."""
+    return AblationRuns(BY_NAME[term], SHOTS[shot]).measured()
 
 
-def measure(term, scene):
-    """Return a row of numbers for a Term in a scene {parameter: value}: see AblationRuns."""
-    return AblationRuns(term, scene).measured()
-
-
-def text(rows: list[dict]) -> str:
+def text(rows: Rows) -> str:
     """Return the text with the table of terms."""
-    terms = {term.name: term for term in TERMS}
     lines = []
-    for row in sorted(rows, key=lambda row: list(terms).index(row['term'])):
+    for row in sorted(rows, key=lambda row: list(BY_NAME).index(row['term'])):
         saved = saving(row)
         lines.append([
             row['term'], row['shot'], row['px_rms'] if row['px_rms'] is None else
@@ -72,10 +69,10 @@ def text(rows: list[dict]) -> str:
             row['energy'], row['psnr_db'], row['levels'],
             None if row['changed'] is None else 100.0 * row['changed'],
             row['ms_with'], saved and f'{round(saved[0], 2) + 0.0:.2f} ± {saved[1]:.2f}',
-            terms[row['term']].why])
-    head = ['term', 'shot', 'px RMS (worst)', 'mean shape, px', 'energy', 'PSNR, dB', 'levels',
-            'pixels changed, %', 'with it, ms', 'saved without, ms', 'by default']
-    return TEXT + '\n\n' + table(head, lines, 'll' + 'r' * (len(head) - 3) + 'l')
+            BY_NAME[row['term']].why])
+    return TEXT + '\n\n' + table(
+        ['term', 'shot', 'px RMS (worst)', 'mean shape, px', 'energy', 'PSNR, dB', 'levels',
+         'pixels changed, %', 'with it, ms', 'saved without, ms', 'by default'], lines)
 
 
 def saving(row):
@@ -108,35 +105,34 @@ which it presses as hard on a face at rest that is square to the shot's mean win
 and in gusts their pressures differ."""
 
 
-def plots(rows, folder):
+def plots(rows: Rows, folder: Path) -> Iterator[tuple[str, str]]:
     """Draw what each term changes and costs, and how the flag looks without it."""
     known = {row['term'] for row in rows}
     terms = [term for term in TERMS if term.name in known]
     _draw_worth(rows, [term.name for term in terms], folder / 'ablation.png')
+    yield 'ablation.png', (
+        'Left: how much of the picture each term changes. Right: the time that it costs. More '
+        'samples cost time and change little in the default shot; they are off by default.')
     _draw_pictures(folder / 'ablation-pictures.png', terms)
-    return [
-        ('ablation.png', 'Left: how much of the picture each term changes. Right: the time that '
-         'it costs. More samples cost time and change little in the default shot; they are '
-         'off by default.'),
-        ('ablation-pictures.png', f'The same moment with each term (left) and without it (right), '
-         f'{APART:g} s after both were in the same state; * marks the default.')]
+    yield 'ablation-pictures.png', (
+        f'The same moment with each term (left) and without it (right), {APART:g} s after both '
+        'were in the same state; * marks the default.')
 
 
 def _draw_worth(rows, names, path):
     """Draw the share of changed pixels, and the time of a frame that each term takes."""
-    shots = [shot for shot in SHOTS if any(row['shot'] == shot for row in rows)]
-    changed, costs = [], []
-    for shot, marker, color in zip(shots, 'os^DvP*', drawing.COLORS):
-        look = {'fmt': marker, 'color': color, 'label': shot}
-        for row in rows:
-            if row['shot'] == shot and row['changed'] is not None:
-                percent = max(100.0 * row['changed'], SHORTEST)
-                changed.append((row['term'], percent, None, look))
-                saved, spread = saving(row) or (None, None)
-                if saved is not None:
-                    costs.append((row['term'], saved, 0.5 * spread, {**look, 'capsize': 0}))
     with drawing.figure(path, 2, 1, (5.0, 1.0 + 0.27 * len(names)), sharey=True) as (
             figure, (left, right)):
+        changed, costs, markers = [], [], dict(zip(SHOTS, zip('os^DvP*', drawing.COLORS)))
+        for row in sorted(rows, key=lambda row: list(SHOTS).index(row['shot'])):
+            marker, color = markers[row['shot']]
+            style = {'fmt': marker, 'color': color, 'label': row['shot']}
+            if row['changed'] is not None:
+                percent = max(100.0 * row['changed'], SHORTEST)
+                changed.append((row['term'], percent, None, style))
+                if saving(row):
+                    saved, spread = saving(row)
+                    costs.append((row['term'], saved, 0.5 * spread, {**style, 'capsize': 0}))
         drawing.dot_chart(left, names, changed,
                           f'pixels changed [%] ({SHORTEST:g} and less at the edge)')
         drawing.dot_chart(right, names, costs, 'time of a frame with the term less without [ms]')
@@ -146,8 +142,9 @@ def _draw_worth(rows, names, path):
         for axes in (left, right):
             axes.grid(alpha=0.3)
         handles, labels = left.get_legend_handles_labels()
-        figure.legend(dict(zip(labels, handles)).values(), dict(zip(labels, handles)),
-                      loc='outside lower center', ncols=4, frameon=False)
+        by_label = dict(zip(labels, handles))  # one for each shot
+        figure.legend(by_label.values(), by_label, loc='outside lower center', ncols=4,
+                      frameon=False)
 
 
 def _draw_pictures(path, terms):
@@ -168,10 +165,7 @@ def _pair(term):
     found = []
     for settings, positions in zip(runs.settings, runs.ends(runs.starts(1)[0], APART)):
         height, width = (settings[side] // SHRUNK for side in ('height', 'width'))
-        if positions is None:
-            found.append(np.full((height, width, 3), 255, np.uint8))
-        else:
-            frame = picture_of(settings).draw(positions, None, *look_of(settings))
-            found.append(errors.resized(frame.colour, height, width))
+        found.append(np.full((height, width, 3), 255, np.uint8) if positions is None else
+                     errors.resized(rendered(settings, positions), height, width))
     gap = np.full((height, GAP, 3), 255, np.uint8)
     return np.concatenate([found[0], gap, found[1]], axis=1)

@@ -13,33 +13,38 @@
 # limitations under the License.
 
 """The parameters together: the whole pipeline's cost against its error, and the frontier."""
+from collections.abc import Iterator
 import itertools
 import math
+from pathlib import Path
 
 from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.study import plots as drawing
 from flag_sim.study.measures import summary, trials
 from flag_sim.study.measures.errors import MEASURES, PICTURE
 from flag_sim.study.measures.reference import WINDOW
-from flag_sim.study.report import spread, table
+from flag_sim.study.measures.summary import Rows
+from flag_sim.study.report import median_and_quartiles, table
+from flag_sim.study.runner import Batch
 from flag_sim.study.sections import sweep
+from flag_sim.study.store import Store
 
 PLACE, NAME, SHARE = 6, 'frontier', 2.0
 TURNS = 5
 COLUMNS = (7, 13, 16, 25, 31, 61, 121)
 PICTURES = {'4 samples': {'samples': 4}, '320 x 240': {'width': 320, 'height': 240}}
 """Other pictures than the default's; they are tried with symplectic steps."""
-EDGE = '#ffe48a'  # colour of the frontier: no method's
+HIGHLIGHT = '#ffe48a'  # colour of the frontier: no method's
 
 
 def methods():
-    """Return {name: changes}: the ways to take the steps of a frame."""
+    """Return {name: changes}: how to take the steps of a frame; for 'softened' see settings."""
     return {
         **{name: {'solver': name} for name in SOLVERS if name != 'xpbd'},
         'symplectic float32': {'precision': 'float32'},
         **{f'xpbd {count} steps': {'solver': 'xpbd', 'substeps': count, 'substeps_limit': count}
            for count in (5, 20, 80)},
-        'softened': {'substeps_limit': None},
+        'softened': {},
     }
 
 
@@ -49,19 +54,19 @@ def settings():
     for columns, (name, changes) in itertools.product(COLUMNS, methods().items()):
         if name == 'softened':
             # Half of what symplectic asks for at its safety: a quarter of the stiffness.
-            changes['substeps_limit'] = max(1, round(1.1 * columns))
+            changes = {'substeps_limit': max(1, round(1.1 * columns))}
         found[f'{columns} {name}'] = trials.with_grid(columns, **changes)
     return found | {f'{columns} symplectic, {name}': trials.with_grid(columns, **changes)
                     for columns, (name, changes) in itertools.product(COLUMNS, PICTURES.items())}
 
 
-def batches(store):
+def batches(store: Store) -> Iterator[Batch]:
     """Run every combination through the windows, again and again."""
-    return sweep.batches(store, settings(), _row, list(range(sweep.FIRST)) * TURNS)
+    return sweep.batches(store, settings(), _measured, list(range(sweep.FIRST)) * TURNS)
 
 
-def _row(own, settings, window):
-    return own.row(settings, window, {'psnr_db': PICTURE['psnr_db']})
+def _measured(base, settings, window):
+    return base.row(settings, window, {'psnr_db': PICTURE['psnr_db']})
 
 
 def summarised(rows):
@@ -93,10 +98,10 @@ def best(rows, column='rms_px'):
     else:
         at = {name: point for name, point in at.items() if ',' not in name}
     return [list(at)[index] for index in summary.frontier(
-        list(at.values()), sweep.resolution(rows))]
+        list(at.values()), summary.resolution(rows))]
 
 
-def text(rows: list[dict]) -> str:
+def text(rows: Rows) -> str:
     """Return the frontier as a table."""
     found = summarised(rows)
     default = found[_default()]
@@ -106,14 +111,15 @@ def text(rows: list[dict]) -> str:
         return table(
             ['settings', 'ms a frame', 'quartiles', *(MEASURES[name].title for name in columns),
              ''],
-            [[name, *spread(found[name]['cost_ms']), *(found[name][one] for one in columns),
-              sweep.rank(found[name], rows)] for name in best(rows, column)], 'lrlrrrl')
+            [[name, *median_and_quartiles(found[name]['cost_ms']),
+              *(found[name][one] for one in columns), sweep.rank(found[name], rows)]
+             for name in best(rows, column)])
     return f"""## The frontier
 
 {len(found)} combinations of grid (its columns), method and picture; the cost is that of
 physics and drawing of one frame, one after the other, without messages. On the frontier are those
 that no other beats in both cost and error after {1e3 * WINDOW:.0f} ms, and that lower the error
-by a tenth or more. Costs less than {100 * sweep.resolution(rows):.1f} % apart count as one: so
+by a tenth or more. Costs less than {100 * summary.resolution(rows):.1f} % apart count as one: so
 much do the medians of two equal settings differ in 1 of 20 pairs, by the scatter of this run's
 own times. {sweep.noise(rows)}
 
@@ -134,7 +140,7 @@ included:
 """
 
 
-def plots(rows, folder):
+def plots(rows: Rows, folder: Path) -> Iterator[tuple[str, str]]:
     """Draw all combinations and the frontier, for pixels and for the picture."""
     with drawing.figure(folder / 'frontier.png', columns=2, size=(7.0, 5.7)) as (figure, axes):
         for axis, column, title, label in (
@@ -143,11 +149,11 @@ def plots(rows, folder):
                 (axes[1], 'psnr_db', 'likeness of the picture: upper left is better',
                  'PSNR of the picture [dB]')):
             at = points(rows, column)
-            for kind in (*methods(), *(f'symplectic, {name}' for name in PICTURES)):
-                some = [point for name, point in at.items() if name.split(' ', 1)[1] == kind]
-                if some and (axis is axes[1] or ',' not in kind):
-                    axis.plot(*zip(*some), label=kind, **_look(kind))
-            axis.plot(*zip(*(at[name] for name in best(rows, column))), color=EDGE, lw=9,
+            for method in (*methods(), *(f'symplectic, {name}' for name in PICTURES)):
+                some = [point for name, point in at.items() if name.split(' ', 1)[1] == method]
+                if some and (axis is axes[1] or ',' not in method):
+                    axis.plot(*zip(*some), label=method, **_style(method))
+            axis.plot(*zip(*(at[name] for name in best(rows, column))), color=HIGHLIGHT, lw=9,
                       zorder=0, label='frontier')
             axis.plot(*at[_default()], 'o', ms=13, mfc='none', mec='black', mew=1.5, ls='none',
                       label='the defaults')
@@ -159,13 +165,12 @@ def plots(rows, folder):
         axes[0].text(axes[0].get_xlim()[0], own, " the reference's own error", va='bottom')
         figure.legend(*axes[1].get_legend_handles_labels(), loc='outside lower center', ncols=5,
                       frameon=False)
-        drawing.plain(*axes)
-    return [('frontier.png', 'The whole pipeline: cost of a frame against what is wrong in it, '
-                             'in pixels (left, less is better) and as a picture (right, more is '
-                             f'better). Along each line the grid grows from {COLUMNS[0]} to '
-                             f'{COLUMNS[-1]} columns; the circle is the defaults. A '
-                             'point that is missing diverged; other pictures are on the right '
-                             'only.')]
+        drawing.decimal_ticks(*axes)
+    yield 'frontier.png', (
+        'The whole pipeline: cost of a frame against what is wrong in it, in pixels (left, less '
+        'is better) and as a picture (right, more is better). Along each line the grid grows from '
+        f'{COLUMNS[0]} to {COLUMNS[-1]} columns; the circle is the defaults. A point that is '
+        'missing diverged; other pictures are on the right only.')
 
 
 def _default():
@@ -173,12 +178,14 @@ def _default():
     return f'{trials.BASE["grid.columns"]} {trials.BASE["solver"]}'
 
 
-def _look(kind):
-    look = drawing.style(kind.split()[0].strip(','))
-    if ' steps' in kind:
-        look['alpha'] = {'5': 0.4, '20': 0.7}.get(kind.split()[1], 1.0)
-    if 'float32' in kind:
-        look.update(ls='-.', mfc='none')
-    if ',' in kind:
-        look.update(alpha=0.6, ls=':', marker='x' if 'samples' in kind else '+', ms=7)
-    return look
+def _style(method):
+    """Return the solver's style, varied by what else the method is."""
+    solver, _, rest = method.replace(',', ' ').partition(' ')
+    style = drawing.solver_style(solver)
+    if 'steps' in rest:
+        style['alpha'] = {'5': 0.4, '20': 0.7}.get(rest.split()[0], 1.0)
+    if 'float32' in rest:
+        style.update(ls='-.', mfc='none')
+    if ',' in method:
+        style.update(alpha=0.6, ls=':', marker='x' if 'samples' in rest else '+', ms=7)
+    return style

@@ -13,15 +13,19 @@
 # limitations under the License.
 
 """The horizon, where trajectories part and only statistics are left to compare."""
+from collections.abc import Iterator
 import functools
 import math
+from pathlib import Path
 
 from flag_sim.study import plots as drawing
 from flag_sim.study.measures import errors, summary, trials
 from flag_sim.study.measures.reference import WINDOW
 from flag_sim.study.measures.settings import changed
+from flag_sim.study.measures.summary import Rows
 from flag_sim.study.report import table
 from flag_sim.study.runner import Batch
+from flag_sim.study.store import Store
 import numpy as np
 
 PLACE, NAME, SHARE = 3, 'horizon', 1.0
@@ -39,41 +43,41 @@ CURVES = {
 }
 
 
-def batches(store):
-    """Let pairs of runs go on from the same state and part."""
-    for number in trials.windows(store.folder):
-        frames = functools.cache(functools.partial(_rows, store, number))
-        yield Batch(f'window {number + 1}', {
-            f'{number}@{frame}': lambda frame=frame, frames=frames: frames()[frame - 1]
-            for frame in range(1, FRAMES + 1)}, number == 0)
+def batches(store: Store) -> Iterator[Batch]:
+    """Let pairs of runs start from the same state and part."""
+    for number in trials.window_numbers(store.folder):
+        distances = functools.cache(functools.partial(_distances, store.folder, number))
+        yield Batch(f'window {number + 1}', [
+            {'window': number, 'frame': frame} for frame in range(1, FRAMES + 1)],
+            functools.partial(_row, distances), number == 0)
 
 
-def _rows(store, number):
-    """Return the RMS distances [mm] from the default run, a row for each frame."""
-    reference = trials.base_trials(store.folder).reference
-    window = reference.window(number)
-    base = _play(reference, window, trials.BASE)
-    noise = ROUNDING * np.random.default_rng(number).standard_normal(base[0].shape)
+def _row(distances, window, frame):
+    del window
+    return {'time_s': frame / trials.BASE['rate'],
+            **{name: run[frame - 1] if frame <= len(run) else None
+               for name, run in distances().items()}}
+
+
+def _distances(folder, number):
+    """Return {curve: RMS distances [mm] from the default run, of each frame while both last}."""
+    base = trials.base_trials(folder)
+
+    def ends(settings=trials.BASE, start=number, disturbance=0.0):
+        return base.run(settings, base.reference.window(start), FRAMES, disturbance)[0]
+
+    default = ends()
+    noise = ROUNDING * np.random.default_rng(number).standard_normal(default[0].shape)
     runs = {
-        'rounding_mm': _play(reference, window, trials.BASE, noise),
-        'step_mm': _play(reference, window, changed(trials.BASE, {'step_safety': 0.45})),
-        **{f'{name}_mm': _play(reference, window, changed(trials.BASE, {'solver': name}))
+        'rounding_mm': ends(disturbance=noise),
+        'step_mm': ends(changed(trials.BASE, {'step_safety': 0.45})),
+        **{f'{name}_mm': ends(changed(trials.BASE, {'solver': name}))
            for name in ('rk4', 'xpbd', 'seed')},
-        'grid_mm': [ends[::2, ::2] for ends in _play(reference, window, trials.finer())],
-        'unrelated_mm': _play(reference, reference.window(0), trials.BASE) if number else [],
+        'grid_mm': [end[::2, ::2] for end in ends(trials.finer())],
+        'unrelated_mm': ends(start=0) if number else [],
     }
-    return [{'window': number, 'frame': frame, 'time_s': frame * reference.shot.dt,
-             **{name: None if min(len(run), len(base)) < frame else
-                1e3 * summary.rms(errors.distances(run[frame - 1], base[frame - 1]))
-                for name, run in runs.items()}} for frame in range(1, FRAMES + 1)]
-
-
-def _play(reference, window, settings, disturbance=0.0):
-    """Return the positions after each frame, fewer than FRAMES if the run diverged."""
-    cloth = reference.start(window, settings)
-    cloth.place(cloth.positions + disturbance, cloth.velocities)
-    return [cloth.positions for _ in reference.shot.timed(
-        cloth, window.frame, window.frame + FRAMES)]
+    return {name: [1e3 * summary.rms(errors.distances(*pair)) for pair in zip(run, default)]
+            for name, run in runs.items()}
 
 
 def curves(rows):
@@ -85,7 +89,7 @@ def curves(rows):
             values = [row[name] for row in some
                       if row[name] or (name != 'unrelated_mm' and row[name] is None)]
             if values and None not in values:
-                points.append((time, math.exp(sum(map(math.log, values)) / len(values))))
+                points.append((time, math.exp(np.mean(np.log(values)))))
         if points:
             found[name] = tuple(zip(*points))
     return found
@@ -97,20 +101,19 @@ def growth(times, values, limit):
     return float(np.polyfit(*zip(*some), 1)[0]) if len(some) > 2 else None
 
 
-def text(rows: list[dict]) -> str:
+def text(rows: Rows) -> str:
     """Return when trajectories part, and so which measure counts when."""
     found = curves(rows)
-    apart = found.get('unrelated_mm')
-    full = float(np.median(apart[1])) if apart else None
+    apart = found.pop('unrelated_mm', None)
+    unrelated = float(np.median(apart[1])) if apart else None
     lines = [[CURVES[name], values[0], values[min(2, len(values) - 1)], values[-1],
-              _reaches(times, values, full)]
-             for name, (times, values) in found.items() if name != 'unrelated_mm']
+              _reaches(times, values, unrelated)] for name, (times, values) in found.items()]
     rate = growth(*found['rounding_mm'], 1.0)
     double = '' if not rate or rate <= 0.0 else (
         f' A disturbance grows {math.exp(rate * 0.1):.2g} times in 0.1 s ({rate:.2g}/s): it '
         f'doubles every {1e3 * math.log(2.0) / rate:.0f} ms.')
-    saturated = '' if full is None else (
-        f' Two states of the flag that have nothing to do with each other are {full:.0f} mm '
+    saturated = '' if unrelated is None else (
+        f' Two states of the flag that have nothing to do with each other are {unrelated:.0f} mm '
         'apart (RMS).')
     head = ['run', '33 ms: mm', '100 ms: mm', f'{FRAMES / 30:.2g} s: mm',
             'a tenth of unrelated after']
@@ -129,17 +132,15 @@ column** only statistics, as in the next part.
 """
 
 
-def _reaches(times, values, full):
+def _reaches(times, values, unrelated):
     """Return when a curve comes to a tenth of what unrelated states are apart, in words."""
-    if full is None:
+    if unrelated is None:
         return None
-    for time, value in zip(times, values):
-        if value > 0.1 * full:
-            return f'{time:.2f} s'
-    return f'> {times[-1]:.2f} s'
+    late = [time for time, value in zip(times, values) if value > 0.1 * unrelated]
+    return f'{late[0]:.2f} s' if late else f'> {times[-1]:.2f} s'
 
 
-def plots(rows, folder):
+def plots(rows: Rows, folder: Path) -> Iterator[tuple[str, str]]:
     """Draw how distances grow."""
     styles = {'seed_mm': {'color': 'black', 'ls': '--'},
               'unrelated_mm': {'color': '0.6', 'ls': ':'}}
@@ -150,5 +151,5 @@ def plots(rows, folder):
         axes.set(xlabel='time since the runs were in the same state [s]',
                  ylabel='RMS distance from the default run [mm]')
         axes.legend(fontsize='small')
-    return [('horizon.png', 'How trajectories part. The grey bar is where this report ranks '
-                            'errors; where a curve is flat, nothing is left of the common start.')]
+    yield 'horizon.png', ('How trajectories part. The grey bar is where this report ranks errors; '
+                          'where a curve is flat, nothing is left of the common start.')

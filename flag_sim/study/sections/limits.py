@@ -13,7 +13,8 @@
 # limitations under the License.
 
 """How much longer than the bound of theory each method's longest stable step truly is."""
-import functools
+from collections.abc import Iterator
+import itertools
 import math
 
 from flag_sim.cloth import Material
@@ -21,8 +22,10 @@ from flag_sim.cloth.forces import Forcing
 from flag_sim.cloth.material import VACUUM
 from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.study.measures import stability_trial as trial
+from flag_sim.study.measures.summary import Rows
 from flag_sim.study.report import table
 from flag_sim.study.runner import Batch
+from flag_sim.study.store import Store
 
 PLACE, NAME, SHARE = 8, 'limits', 0.2
 
@@ -33,8 +36,8 @@ STILL = Forcing((0.0, 0.0, 0.0), 0.0, VACUUM)  # nothing acts from outside: the 
 FORCINGS = {
     'springs alone, first growth': STILL,
     'springs alone': STILL,
-    'wind 6 m/s': Forcing(trial.blowing(6.0)),
-    'wind 40 m/s': Forcing(trial.blowing(40.0)),
+    'wind 6 m/s': Forcing(trial.wind_of(6.0)),
+    'wind 40 m/s': Forcing(trial.wind_of(40.0)),
 }
 MATERIALS = {
     'undamped': trial.sheet(Material.stiffness, damping=0.0),
@@ -44,68 +47,54 @@ MATERIALS = {
 }
 
 
-def batches(store):
+def batches(store: Store) -> Iterator[Batch]:
     """Measure the limits of every method, material and forcing."""
     del store
-    for material in MATERIALS:
-        for solver in SOLVERS:
-            for forcing in FORCINGS:
-                yield Batch(f'limit of {solver}, {material}', {
-                    f'{material}/{solver}/{forcing}': functools.partial(
-                        _row, material, solver, forcing)})
+    for material, solver, forcing in itertools.product(MATERIALS, SOLVERS, FORCINGS):
+        yield Batch(f'limit of {solver}, {material}', [
+            {'material': material, 'solver': solver, 'forcing': forcing}], measured)
 
 
-def _row(material, solver, forcing):
-    bound, limit = measured(solver, MATERIALS[material], forcing)
-    return {'material': material, 'solver': solver, 'forcing': forcing, 'bound_s': bound,
-            'limit_s': limit}
-
-
-def measured(solver, material, name):
+def measured(material, solver, forcing):
     """
-    Return the bound and the longest step found stable [s], under a forcing of FORCINGS.
+    Return the bound and the longest step found stable [s], of one of MATERIALS and of FORCINGS.
 
     The latter is zero where even a thousandth of the bound diverges, and infinite where a
     thousand times it does not (where there is no bound: a hundred seconds).
     """
-    forcing = FORCINGS[name]
-    far = GROWN * trial.NOISE * trial.MESH.dx if 'growth' in name else None
-    bound = trial.largest_step(solver, material, forcing.air)
+    sheet, acting = MATERIALS[material], FORCINGS[forcing]
+    far = GROWN * trial.NOISE * trial.MESH.dx if 'growth' in forcing else None
+    bound = trial.largest_step(solver, sheet, acting.air)
     low, high = (1e-3 * bound, 1e3 * bound) if math.isfinite(bound) else (1e-6, 100.0)
 
     def stable(dt):
-        return trial.raw(solver, material, forcing, dt, far) == trial.STABLE
+        return trial.solver_alone(solver, sheet, acting, dt, far) == trial.STABLE
 
     if not stable(low):
-        return bound, 0.0
-    if stable(high):
-        return bound, math.inf
-    while high > PRECISION * low:
-        middle = math.sqrt(low * high)
-        low, high = (middle, high) if stable(middle) else (low, middle)
-    return bound, low
+        low = 0.0
+    elif stable(high):
+        low = math.inf
+    else:
+        while high > PRECISION * low:
+            middle = math.sqrt(low * high)
+            low, high = (middle, high) if stable(middle) else (low, middle)
+    return {'bound_s': bound, 'limit_s': low}
 
 
-def text(rows: list[dict]) -> str:
+def text(rows: Rows) -> str:
     """Return the text with the table of limits over bounds."""
-    by_key = {row['key']: row for row in rows}
-    lines = []
-    for material in MATERIALS:
-        for forcing in FORCINGS:
-            found = [by_key.get(f'{material}/{solver}/{forcing}') for solver in SOLVERS]
-            if any(found):
-                lines.append([material, forcing, *(_ratio(row) for row in found)])
-    return TEXT + '\n\n' + table(['material', 'forcing', *SOLVERS], lines,
-                                 'll' + 'r' * len(SOLVERS))
+    ratios = {(row['material'], row['forcing'], row['solver']): _ratio(row) for row in rows}
+    lines = [[*place, *(ratios.get((*place, solver)) for solver in SOLVERS)]
+             for place in itertools.product(MATERIALS, FORCINGS)
+             if any((*place, solver) in ratios for solver in SOLVERS)]
+    return TEXT + '\n\n' + table(['material', 'forcing', *SOLVERS], lines)
 
 
 def _ratio(row):
-    """Return limit over bound as text."""
-    if row is None:
-        return None
+    """Return limit over bound, or in words that it has no end."""
     if math.isinf(row['limit_s']):
         return 'none'
-    return 'always' if row['limit_s'] == 0.0 else f'{row["limit_s"] / row["bound_s"]:.2f}'
+    return round(row['limit_s'] / row['bound_s'], 2) if row['limit_s'] else 'always'
 
 
 TEXT = f"""## The measured limit over the bound
@@ -115,11 +104,11 @@ over the bound that the planner uses: never below 1 where the bound is a promise
 a noise of {trial.NOISE:g} cells grows {GROWN:g} times. "None": no step diverges; "always":
 every one does.
 
-Undamped springs alone show what the bound gives away to the mesh: it counts the waves of an
-endless grid, and the pins and hems of this small one shut the stiffest out. On top of that come
-rk4's half disc (2.6 of the 2.83 along the imaginary axis) and its saturation (a wave that grows
-crumples the cloth, which makes it less stiff, and grows no more); then the reserve for drag
-(symplectic 1.15 to 1.33, verlet 1.22 to 1.48, rk4 1.19), which a light wind leaves unused; and
-with dashpots that springs and dashpots are each taken at their worst. Below 1 are euler without
-damping, which no step makes stable, only slow to diverge, and seed in a storm, whose drag is
-explicit and not in its bound. Far above are seed's dashpots, weaker by the factor of the step."""
+Undamped springs alone show by how much the bound is too low for this mesh: it covers the waves of
+an infinite grid, of which the stiffest cannot exist between the pins and edges of this small one.
+For rk4 the bound also takes half a disc (2.6 of the 2.83 along the imaginary axis), and a growing
+wave crumples the cloth, which makes it less stiff, until it grows no more. The reserve for drag
+(symplectic 1.15 to 1.33, verlet 1.22 to 1.48, rk4 1.19) is not used in a light wind; and with
+dashpots, springs and dashpots are each taken at their worst. Below 1 are euler without damping,
+which no step makes stable, only slow to diverge, and seed in a storm, whose drag is explicit and
+not in its bound. Far above are seed's dashpots, weaker by the factor of the step."""

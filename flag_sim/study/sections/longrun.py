@@ -13,16 +13,21 @@
 # limitations under the License.
 
 """Statistics of long runs, which are what is left to compare beyond the horizon."""
+from collections.abc import Iterator
 import functools
+from pathlib import Path
 
+from flag_sim.cloth.mesh import resample
 from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.declarations.making import cloth_of
 from flag_sim.study import plots as drawing
 from flag_sim.study.measures import errors, summary, trials
 from flag_sim.study.measures.reference import Shot
 from flag_sim.study.measures.settings import changed
+from flag_sim.study.measures.summary import Rows
 from flag_sim.study.report import table
 from flag_sim.study.runner import Batch
+from flag_sim.study.store import Store
 import numpy as np
 
 PLACE, NAME, SHARE = 4, 'longrun', 1.0
@@ -41,31 +46,35 @@ def runs():
             'a grid half as fine': trials.coarser(), 'a grid twice as fine': trials.finer()}
 
 
-def batches(store):
-    """Run every setting through the same long shot; compare shapes with the first one's."""
+def batches(store: Store) -> Iterator[Batch]:
+    """Run every setting through the same long shot; compare shapes with rk4's."""
     del store
-    right = functools.cache(lambda: _run(next(iter(runs().values()))))
-    for number, (name, settings) in enumerate(runs().items()):
-        run = right if number == 0 else functools.partial(_run, settings)
-        yield Batch(f'{LENGTH:.0f} s with {name}', {name: functools.partial(_row, run, right)},
-                    number == 0)
+    settings = runs()
+
+    @functools.cache
+    def long_run(name):
+        return Shot(settings[name]).long_run(cloth_of(settings[name]), 0, SETTLE, LENGTH)
+
+    def measure(run):
+        return _statistics(long_run(run), long_run('rk4').shape)
+
+    for name in settings:
+        yield Batch(f'{LENGTH:.0f} s with {name}', [{'run': name}], measure, name == 'rk4')
 
 
-def _run(settings):
-    return Shot(settings).long_run(cloth_of(settings), 0, SETTLE, LENGTH)
-
-
-def _row(run, right):
-    found, right = run(), right()
-    if found is None:
+def _statistics(run, right):
+    """Return the numbers of a LongRun, None where it is None; right: mean shape to compare."""
+    if run is None:
         return dict.fromkeys(COLUMNS)
     # The standard error of a mean, from the means of blocks longer than the motion's.
-    blocks = [np.mean(block) for block in np.array_split(found.energies, 8)]
-    return {'energy_j': float(np.mean(found.energies)),
+    blocks = [np.mean(block) for block in np.array_split(run.energies, 8)]
+    rows, columns = np.minimum(run.shape.shape, right.shape)[:2]
+    shapes = [resample(shape, rows, columns) for shape in (run.shape, right)]
+    return {'energy_j': float(np.mean(run.energies)),
             'energy_error_j': float(np.std(blocks, ddof=1) / np.sqrt(len(blocks))),
-            'peak_hz': peak(found.sideways, 1.0 / trials.BASE['rate']),
-            'sideways_m_s': float(np.std(found.sideways)),
-            'shape_mm': _difference(found.shape, right.shape)}
+            'peak_hz': peak(run.sideways, 1.0 / trials.BASE['rate']),
+            'sideways_m_s': float(np.std(run.sideways)),
+            'shape_mm': 1e3 * summary.rms(errors.distances(*shapes))}
 
 
 def peak(motion, dt):
@@ -77,20 +86,11 @@ def peak(motion, dt):
     return float(frequencies[np.argmax(power)])
 
 
-def _difference(mean, shape):
-    """Return the RMS difference [mm] of mean shapes on any two grids, at their common nodes."""
-    if mean.shape[0] > shape.shape[0]:
-        mean = mean[::2, ::2]
-    elif mean.shape[0] < shape.shape[0]:
-        shape = shape[::2, ::2]
-    return 1e3 * summary.rms(errors.distances(mean, shape))
-
-
-def text(rows: list[dict]) -> str:
+def text(rows: Rows) -> str:
     """Return the statistics."""
-    lines = [[row['key'], *(row[name] for name in COLUMNS)] for row in rows]
-    missing = ', '.join(name for name in runs() if name not in [row['key'] for row in rows])
-    missing = missing and f' For lack of time not run: {missing}.'
+    lines = [[row['run'], *(row[name] for name in COLUMNS)] for row in rows]
+    missing = ', '.join(name for name in runs() if name not in [row['run'] for row in rows])
+    missing = missing and f' Not run for lack of time: {missing}.'
     return f"""## Statistics of long runs
 
 {LENGTH:.0f} s of the gusty shot, after {SETTLE:.0f} s that are left out. The standard error says
@@ -103,14 +103,14 @@ mean shape is compared with rk4's. A dash: the run diverged.{missing}
 """
 
 
-def plots(rows, folder):
+def plots(rows: Rows, folder: Path) -> Iterator[tuple[str, str]]:
     """Draw the energies with their errors."""
     some = [row for row in rows if row['energy_j'] is not None]
     with drawing.figure(folder / 'longrun.png') as (_, axes):
-        drawing.dot_chart(axes, [row['key'] for row in some], [
-            (row['key'], row['energy_j'], 2.0 * row['energy_error_j'],
-             {'color': 'black' if row['key'] == 'seed' else 'C0'}) for row in some],
+        drawing.dot_chart(axes, [row['run'] for row in some], [
+            (row['run'], row['energy_j'], 2.0 * row['energy_error_j'],
+             {'color': 'black' if row['run'] == 'seed' else 'C0'}) for row in some],
             'mean kinetic energy [J], twice its standard error')
         axes.set_xscale('log')
-        drawing.plain(axes)
-    return [('longrun.png', 'Methods whose bars overlap move the flag with the same vigour.')]
+        drawing.decimal_ticks(axes)
+    yield 'longrun.png', 'Methods whose bars overlap move the flag with the same energy.'

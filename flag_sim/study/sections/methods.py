@@ -13,8 +13,10 @@
 # limitations under the License.
 
 """Each method of the steps on one grid, against an exact motion of that same grid."""
+from collections.abc import Iterator
 import functools
 import math
+from pathlib import Path
 
 from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.declarations.making import cloth_of
@@ -23,8 +25,10 @@ from flag_sim.study.measures import summary, trials
 from flag_sim.study.measures.errors import measured, MOTION
 from flag_sim.study.measures.reference import WINDOW
 from flag_sim.study.measures.settings import changed
-from flag_sim.study.report import table
+from flag_sim.study.measures.summary import Rows
+from flag_sim.study.report import median_and_quartiles, table
 from flag_sim.study.runner import Batch
+from flag_sim.study.store import Store
 
 PLACE, NAME, SHARE = 2, 'methods', 1.5
 EXACT = {'solver': 'rk4', 'step_safety': 0.05}
@@ -36,8 +40,8 @@ MEASURES = {name: MOTION[name] for name in ('rms_mm', 'worst_mm', 'rms_px')}
 
 
 def runs():
-    """Yield (name, settings) of every method with every number of steps, the exact one first."""
-    yield 'exact', 0, changed(trials.BASE, {**EXACT, 'step_safety': 0.1})
+    """Return {(name, steps a frame): settings} of every method; the exact one, twice as coarse."""
+    found = {('exact', 0): changed(trials.BASE, {**EXACT, 'step_safety': 0.1})}
     for name, changes in {**{name: {'solver': name} for name in SOLVERS},
                           UNDAMPED: {'solver': 'symplectic', 'damping': 0.0}}.items():
         settings = changed(trials.BASE, {'step_safety': 1.0, **changes})
@@ -45,44 +49,31 @@ def runs():
         if math.isfinite(SOLVERS[settings['solver']].useful_step):
             fewest = 1  # a method without a limit may take fewer steps than it would choose
         for count in [fewest] + [count for count in STEPS if count > 1.2 * fewest]:
-            yield name, count, changed(settings, {'substeps': count, 'substeps_limit': count})
+            found[name, count] = changed(settings, {'substeps': count, 'substeps_limit': count})
+    return found
 
 
-def batches(store):
+def batches(store: Store) -> Iterator[Batch]:
     """Run every method with every number of steps through window after window."""
-    methods = list(runs())
-    for number in trials.windows(store.folder):
-        exact = functools.cache(lambda number=number: _run(
-            store, changed(trials.BASE, EXACT), number)[0])
-        yield Batch(f'window {number + 1}', {
-            f'{name}@{count}@{number}': functools.partial(
-                _row, store, name, count, settings, number, exact)
-            for name, count, settings in methods}, number == 0)
+    settings, base = runs(), trials.base_trials(store.folder)
 
+    def run(settings, number):
+        return base.run(settings, base.reference.window(number), trials.LONG)[:2]
 
-def _run(store, settings, number):
-    """Return where a run is after each frame of a window, their times [ms] and steps."""
-    own = trials.base_trials(store.folder)
-    window = own.reference.window(number)
-    cloth = own.start(settings, window)
-    ends, times, steps = [], [], None
-    for taken, time in own.reference.shot.timed(cloth, window.frame, window.frame + trials.LONG):
-        ends.append(cloth.positions)
-        times.append(time)
-        steps = taken.granted
-    return ends, times, steps
+    exact = functools.cache(lambda number: run(changed(trials.BASE, EXACT), number)[0])
 
+    def measure(method, steps, turn):
+        ends, times = run(settings[method, steps], turn)
+        if len(ends) < trials.LONG:
+            return dict.fromkeys((*MEASURES, 'long_rms_mm', 'physics_ms'))
+        return {**measured(MEASURES, ends[0], exact(turn)[0], base.camera),
+                'long_rms_mm': MOTION['rms_mm'].of(ends[-1], exact(turn)[-1], base.camera),
+                'physics_ms': sorted(times)[1]}
 
-def _row(store, name, count, settings, number, exact):
-    """Return the numbers of a run, None where it diverged."""
-    ends, times, steps = _run(store, settings, number)
-    row = {'method': name, 'steps': count or steps, 'turn': number}
-    if len(ends) < trials.LONG:
-        return row | dict.fromkeys((*MEASURES, 'long_rms_mm', 'physics_ms'))
-    camera = trials.base_trials(store.folder).camera
-    after = measured({'long_rms_mm': MOTION['rms_mm']}, ends[-1], exact()[-1], camera)
-    return {**row, **measured(MEASURES, ends[0], exact()[0], camera), **after,
-            'physics_ms': sorted(times)[1]}
+    for number in trials.window_numbers(store.folder):
+        yield Batch(f'window {number + 1}', [
+            {'method': name, 'steps': count, 'turn': number} for name, count in settings],
+            measure, number == 0)
 
 
 def _own_error(rows):
@@ -95,15 +86,17 @@ def _own_error(rows):
     return summary.total([row for row in rows if row['method'] == 'exact'], 'rms_mm') / 15.0
 
 
-def text(rows: list[dict]) -> str:
+def _groups(rows):
+    """Return {(method, steps): rows} of the turns that all took, without the exact motion."""
+    return summary.grouped(summary.complete(
+        [row for row in rows if row['method'] != 'exact'], 'method', 'steps'), 'method', 'steps')
+
+
+def text(rows: Rows) -> str:
     """Return which method is worth its time, and what is wrong with the source's scheme."""
-    own = _own_error(rows)
-    rows = summary.whole([row for row in rows if row['method'] != 'exact'], 'method', 'steps')
-    groups = summary.grouped(rows, 'method', 'steps')
-    fewest = {}
-    for name, count in groups:
-        fewest[name] = min(count, fewest.get(name, count))
-    lines = [[name, count, summary.milliseconds(some, 'physics_ms'),
+    groups = _groups(rows)
+    fewest = {name: min(count for one, count in groups if one == name) for name, _ in groups}
+    lines = [[name, count, *median_and_quartiles(summary.quartiles(some, 'physics_ms')),
               *(summary.total(some, column) for column in ('rms_mm', 'rms_px', 'long_rms_mm'))]
              for (name, count), some in groups.items()
              if name != UNDAMPED and count <= max(4 * fewest[name], SHOWN)]
@@ -112,13 +105,13 @@ def text(rows: list[dict]) -> str:
     seed = [[count, *(summary.total(groups[name, count], 'long_rms_mm') for name in compared)]
             for count in sorted({count for name, count in groups if name == 'seed'})
             if all((name, count) in groups for name in compared)]
-    head = ['method', 'steps a frame', 'ms a frame', 'RMS mm', 'RMS px']
+    head = ['method', 'steps a frame', 'ms a frame', 'quartiles', 'RMS mm', 'RMS px']
     return f"""## Methods and steps
 
 All on the default grid, against the motion of that same grid in very small steps
-(`{EXACT['solver']}` at a twentieth of its largest step, exact to {own:.1g} mm): so these are
-errors of time alone. They start where the windows start. The fewest steps that are stable, and
-up to four times as many or {SHOWN}, in {len(summary.grouped(rows, 'turn'))} windows:
+(`{EXACT['solver']}` at a twentieth of its largest step, exact to {_own_error(rows):.1g} mm): so
+these are errors of time alone. They start where the windows start. The fewest steps that are
+stable, and up to four times as many or {SHOWN}, in {len(next(iter(groups.values())))} windows:
 
 {table([*head, f'RMS mm after {long_ms:.0f} ms'], lines)}
 
@@ -134,29 +127,25 @@ dashpots and without the drag of the cloth's own speed. RMS mm after
 
 {table(['steps a frame', 'seed', 'symplectic', 'symplectic without dashpots'], seed)}
 
-The last column has the relative wind, but no dashpots: what it lacks to `seed` is the relative
-wind's share."""
+The last column has the relative wind, but no dashpots: its difference from `seed` is due to
+the relative wind."""
 
 
-def plots(rows, folder):
+def plots(rows: Rows, folder: Path) -> Iterator[tuple[str, str]]:
     """Draw error over cost and over steps for every method."""
-    own = _own_error(rows)
-    rows = summary.whole([row for row in rows if row['method'] not in ('exact', UNDAMPED)],
-                         'method', 'steps')
+    least, curves = 10.0 * _own_error(rows), {}
+    for (name, count), some in _groups(rows).items():
+        times, found = summary.quartiles(some, 'physics_ms'), summary.total(some, 'rms_mm')
+        if name != UNDAMPED and times and least <= found < math.inf:
+            curves.setdefault(name, []).append((count, times[1], found))
     with drawing.figure(folder / 'methods.png', columns=2) as (_, axes):
-        for name, some in summary.grouped(rows, 'method').items():
-            points = []
-            for count, more in summary.grouped(some, 'steps').items():
-                times, found = summary.quartiles(more, 'physics_ms'), summary.total(more, 'rms_mm')
-                if times and 10.0 * own <= found < math.inf:
-                    points.append((count, times[1], found))
-            if points:
-                counts, times, errors = zip(*sorted(points))
-                for axis, at in zip(axes, (counts, times)):
-                    axis.loglog(at, errors, label=name, **drawing.style(name))
+        for name, points in curves.items():
+            counts, times, errors = zip(*sorted(points))
+            for axis, at in zip(axes, (counts, times)):
+                axis.loglog(at, errors, label=name, **drawing.solver_style(name))
         for axis, label in zip(axes, ('steps a frame of 1/30 s', 'time of a frame [ms]')):
             axis.set(xlabel=label, ylabel=f'RMS error after {1e3 * WINDOW:.0f} ms [mm]')
         axes[0].legend()
-    return [('methods.png', "Each method's error by its steps (left) and by its cost (right), on "
-                            'the default grid. `seed` stays where it is: its error is not one of '
-                            'the step.')]
+    yield 'methods.png', (
+        "Each method's error by its steps (left) and by its cost (right), on the default grid. "
+        '`seed` stays where it is: its error is not one of the step.')

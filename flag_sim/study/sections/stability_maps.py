@@ -12,113 +12,226 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Drawing of stability maps: a panel for each method, with the line of theory over it."""
+"""
+Maps of where each method breaks, and of what a user gets there.
+
+A map is a field of trials, from the smallest to the largest value that the parameters take. It is
+measured line by line, first coarse for every method, then finer, each time anew.
+"""
+import collections
+from collections.abc import Callable, Iterator
+import itertools
 import math
+from pathlib import Path
+import time
+from typing import NamedTuple
 
-from flag_sim.study import plots
-from flag_sim.study.measures import stability_trial as trial
-import numpy as np
+from flag_sim.cloth import Air, Material, Stepping
+from flag_sim.cloth.forces import Forcing
+from flag_sim.cloth.material import VACUUM
+from flag_sim.cloth.solvers import SOLVERS
+from flag_sim.study.measures import stability_trial as trial, summary
+from flag_sim.study.measures.settings import MAX_GAP, RANGES, WIND_DEFAULTS
+from flag_sim.study.measures.summary import Rows
+from flag_sim.study.report import table
+from flag_sim.study.runner import Batch
+from flag_sim.study.sections import stability_plots
+from flag_sim.study.store import Store
 
-LETTERS = {trial.STABLE: 's', trial.SOFTENED: 'l', trial.REACH: 'r', trial.HELD: 'h',
-           trial.DIVERGING: 'd'}
-"""What stands for an outcome in a row of a map."""
-BROKEN = {LETTERS[trial.HELD], LETTERS[trial.DIVERGING]}
+PLACE, NAME, SHARE = 7, 'stability', 1.0
 
-# Okabe and Ito's colours, apart for the colour-blind, and also in grey from light to dark.
-COLORS = {trial.STABLE: '#f2f2f2', trial.SOFTENED: '#56b4e9', trial.REACH: '#f0e442',
-          trial.HELD: '#d55e00', trial.DIVERGING: '#000000'}
-LINE = '#cc79a7'
-REFUSED = {'color': 'black', 'linestyle': ':', 'linewidth': 1.5}  # the line of max_gap
-LINE_LEVEL = 4  # of refinement, for the line
+LEVELS = 4  # of refinement; a level has FIRST * 2^level + 1 values along each axis, and zero
+FIRST = 6
+WIND = WIND_DEFAULTS['speed']  # of the maps without an axis for it [m/s]
+STEP_IN_WIND = 1e-3  # of the map of wind against stiffness for the method alone [s]
+FRAME = 1.0 / WIND_DEFAULTS['rate']  # of the same map through Cloth [s]
+
+DEFAULT = (Material.stiffness, Material.area_density)
+SOFTEST = (1e-3, RANGES['area_density'][1])
+STIFFEST = (RANGES['stiffness'][1], RANGES['area_density'][0])
+"""(stiffness [N/m], area density [kg/m2]): by default, and as far as they go from there."""
 
 
-def draw(path, chart, panels, longest=None):
+class Axis(NamedTuple):
+    """An axis of a map: its label with unit, its range, and whether zero is on it too."""
+
+    label: str
+    low: float
+    high: float
+    has_zero: bool = False
+
+    def values(self, level: int) -> list[float]:
+        """Return the axis' values at a level, evenly spaced by their logarithm; zero first."""
+        count = FIRST * 2**level
+        ratio = self.high / self.low
+        values = [self.low * ratio**(i / count) for i in range(count + 1)]
+        return [0.0] * self.has_zero + values
+
+
+def light_and_stiff(ratio: float) -> Material:
     """
-    Draw a Map's panels {solver: rows, by y} to a file, with a line where its bound is one.
+    Return a Material of stiffness over area density [m2/s2].
 
-    longest: the y [s] beyond which the physics node refuses frames, drawn if given.
+    Both change, evenly by their logarithms, from the default to the softest and heaviest, or to
+    the stiffest and lightest that the parameters allow.
     """
-    columns = min(len(panels), 3 if len(panels) <= 6 else 4)
-    rows = -(-len(panels) // columns)
-    with plots.figure(path, columns, rows, (3.5, 3.1), squeeze=False, sharex=True,
-                      sharey=True) as (figure, grid):
-        seen = set()
-        for axes, (solver, lines) in zip(grid.flat, panels.items()):
-            seen |= _panel(axes, chart, lines)
-            _theory(axes, chart, solver)
-            if longest:
-                axes.axhline(math.log10(longest), **REFUSED)
-            axes.set_title(solver)
-        for axes in grid.flat[len(panels):]:
-            axes.set_visible(False)
-        for axes in grid.flat[max(0, len(panels) - columns):len(panels)]:
-            axes.set_xlabel(chart.x.label)
-            axes.tick_params(labelbottom=True)
-        for axes in grid[:, 0]:
-            axes.set_ylabel(chart.y.label)
-        figure.suptitle(chart.title)
-        _legend(figure, seen, longest)
+    if ratio == 0.0:
+        return trial.sheet(0.0)
+    default = DEFAULT[0] / DEFAULT[1]
+    end = STIFFEST if ratio >= default else SOFTEST
+    part = math.log(ratio / default) / math.log(end[0] / end[1] / default)
+    return trial.sheet(*(begin * (to / begin)**part for begin, to in zip(DEFAULT, end)))
 
 
-def _panel(axes, chart, lines):
-    """Draw one method's map; return the outcomes in it."""
-    from matplotlib.colors import ListedColormap
-    level = lines[0]['level']
-    outcomes, letters = list(LETTERS), list(LETTERS.values())
-    numbers = np.array([[letters.index(letter) for letter in row['cells']] for row in lines])
-    at_x, at_y = places(chart.x, level), places(chart.y, level)
-    axes.pcolormesh(at_x, at_y, numbers, cmap=ListedColormap(list(COLORS.values())), vmin=-0.5,
-                    vmax=len(outcomes) - 0.5)
-    # Cells at the ends are shown by half, so that panels of other levels have the same frame.
-    axes.set_xlim(at_x[0], at_x[-1])
-    axes.set_ylim(at_y[0], at_y[-1])
-    for axis, of in ((axes.xaxis, chart.x), (axes.yaxis, chart.y)):
-        _ticks(axis, of)
-    return {outcomes[number] for number in np.unique(numbers)}
+class Map(NamedTuple):
+    """A field of trials, of the method alone (is_alone) or through Cloth."""
+
+    name: str
+    title: str
+    is_alone: bool
+    x: Axis
+    y: Axis
+    of: Callable  # (x, y) -> a trial's material, wind speed [m/s], step or frame [s]
+    what_to_see: str
+
+    def outcome(self, solver: str, x: float, y: float) -> trial.Outcome:
+        """Return what becomes of the trial in one place."""
+        material, speed, dt = self.of(x, y)
+        wind = trial.wind_of(speed)
+        if self.is_alone:
+            return trial.solver_alone(solver, material, Forcing(wind), dt)
+        return trial.through_cloth(solver, material, wind, dt)
+
+    def bound(self, solver: str, x: float, y: float) -> float:
+        """
+        Return how long the step or the frame may be in theory, over what it is in this place.
+
+        A frame may be as long as the steps that Cloth grants, each at step_safety of the largest.
+        """
+        material, speed, dt = self.of(x, y)
+        largest = trial.largest_step(solver, material, Air() if speed > 0.0 else VACUUM)
+        granted = 1.0 if self.is_alone else Stepping().substeps_limit * Stepping().step_safety
+        return granted * largest / dt
 
 
-def _theory(axes, chart, solver):
-    """
-    Draw where the bound is one, if there it is.
-
-    It is a power of the step or does not depend on y, so that two values of y will do.
-    """
-    ends = (chart.y.low, chart.y.high)
-    fine = chart.x._replace(has_zero=False)
-    reach = np.array([[chart.bound(solver, x, y) for x in fine.values(LINE_LEVEL)] for y in ends])
-    if np.isfinite(reach).all():
-        axes.contour(places(fine, LINE_LEVEL), np.log10(ends), np.log(reach), [0.0],
-                     colors=LINE, linewidths=2.0)
+RATIO = Axis('stiffness / area density [m²/s²]', SOFTEST[0] / SOFTEST[1],
+             STIFFEST[0] / STIFFEST[1], True)
+STIFFNESS = Axis('stiffness [N/m]', 1e-3, RANGES['stiffness'][1], True)
+DAMPING = Axis('damping ratio [-]', 1e-3, RANGES['damping'][1], True)
+SPEED = Axis('wind [m/s]', 0.1, RANGES['speed'][1], True)
+STEP = Axis('step [s]', 1e-9, 100.0)
+FRAME_TIME = Axis('frame time [s]', *(1.0 / rate for rate in reversed(RANGES['rate'])))
 
 
-def places(axis, level):
-    """Return where an axis' values stand in a drawing: their logarithms, zero a bit before."""
-    values = [math.log10(value) for value in axis.values(level) if value > 0.0]
-    return np.array([_zero(axis)] * axis.has_zero + values)
+MAPS = (
+    Map('steps', 'each method alone, in steps of a fixed length', True, RATIO, STEP,
+        lambda x, y: (light_and_stiff(x), WIND, y),
+        'Below the line symplectic, verlet and rk4 never diverge, and above it they soon do, '
+        'over 24 powers of ten; implicit never does. Seed breaks below its line, where '
+        'cloth is soft or light, because its drag is explicit.'),
+    Map('frames', 'what a user gets: frames divided into steps',
+        False, RATIO, FRAME_TIME, lambda x, y: (light_and_stiff(x), WIND, y),
+        'Above the line the cloth is softened (blue) and stays bounded; cloth too soft to carry '
+        'itself hangs at stretch_limit (yellow). Only euler and seed lose frames (orange). The '
+        'physics node takes no frame above the dotted line by default.'),
+    Map('damping-steps', 'each method alone, damped', True, DAMPING, STEP,
+        lambda x, y: (trial.sheet(*DEFAULT, damping=x), WIND, y),
+        'From a damping ratio of about 0.1 the dashpots, not the springs, set the step, and the '
+        'measured border bends down with the line. Seed hardly bends: its dashpots are too weak '
+        'by the factor of the step.'),
+    Map('damping-frames', 'what a user gets of damped cloth',
+        False, DAMPING, FRAME_TIME, lambda x, y: (trial.sheet(*DEFAULT, damping=x), WIND, y),
+        'Overdamped cloth keeps its stiffness as long as giving up damping is enough, and stays '
+        'bounded up to the largest ratio that is taken. Xpbd, always stable, may stretch to '
+        'stretch_limit instead. Euler needs damping: without it, it has no stable step.'),
+    Map('wind-steps', f'each method alone, in steps of {1e3 * STEP_IN_WIND:g} ms',
+        True, STIFFNESS, SPEED, lambda x, y: (trial.sheet(x), y, STEP_IN_WIND),
+        'Wind moves no border of symplectic, verlet, rk4, xpbd and implicit, whose drag is '
+        'implicit: in 200 m/s it is where it is in still air. Seed, whose drag is explicit, '
+        'diverges in strong wind however soft the cloth.'),
+    Map('wind-frames', 'what a user gets in frames of 1/30 s', False, STIFFNESS, SPEED,
+        lambda x, y: (trial.sheet(x), y, FRAME),
+        'In frames of 1/30 s every stiffness is bounded in every wind; soft cloth hangs at '
+        'stretch_limit, stiff cloth beyond the line is softened. Only seed loses frames.'),
+)
+BY_NAME = {one.name: one for one in MAPS}
 
 
-def _zero(axis):
-    """Return where zero stands."""
-    return math.log10(axis.low) - 0.12 * math.log10(axis.high / axis.low)
+def batches(store: Store) -> Iterator[Batch]:
+    """Measure line after line, the coarse maps of all methods first."""
+    del store
+    for level, chart, solver in itertools.product(range(LEVELS), MAPS, SOLVERS):
+        taken = 0.0
+        for y in chart.y.values(level):
+            begin = time.perf_counter()
+            yield Batch(f'map {chart.name} of {solver}, level {level + 1} of {LEVELS}', [
+                {'chart': chart.name, 'solver': solver, 'level': level, 'y': y}], _line,
+                seconds=taken)
+            taken = time.perf_counter() - begin
 
 
-def _ticks(axis, of):
-    """Name the powers of ten, at most seven of them, and zero."""
-    first, last = math.ceil(math.log10(of.low) - 1e-9), math.floor(math.log10(of.high) + 1e-9)
-    powers = range(first, last + 1, -(-(last - first) // 6))
-    zero = [_zero(of)] if of.has_zero else []
-    axis.set_ticks([*zero, *powers])
-    axis.set_ticklabels(['0'] * of.has_zero + [f'$10^{{{power}}}$' for power in powers])
+def _line(chart, solver, level, y):
+    """Return the outcomes along x, a letter each."""
+    one = BY_NAME[chart]
+    return {'cells': ''.join(one.outcome(solver, x, y).letter for x in one.x.values(level))}
 
 
-def _legend(figure, seen, longest):
-    """Name the outcomes that are seen, and the lines."""
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-    handles = [Patch(facecolor=COLORS[outcome], edgecolor='#808080', label=text)
-               for outcome, text in trial.OUTCOMES.items() if outcome in seen]
-    handles.append(Line2D([], [], color=LINE, linewidth=2.0, label='bound of theory'))
-    if longest:
-        handles.append(Line2D([], [], **REFUSED, label=(
-            f'max_gap ({longest:g} s): longer frames are refused by default')))
-    figure.legend(handles=handles, loc='outside lower center', ncols=3, frameon=False)
+def finest(rows):
+    """Return {map name: {solver: rows by y}} of the finest level whose lines are all there."""
+    levels = summary.grouped(rows, 'chart', 'solver', 'level')
+    found = {}
+    for chart, solver, level in itertools.product(MAPS, SOLVERS, range(LEVELS)):
+        lines = levels.get((chart.name, solver, level), [])
+        if len(lines) == len(chart.y.values(level)):
+            found.setdefault(chart.name, {})[solver] = sorted(lines, key=lambda row: row['y'])
+    return found
+
+
+def plots(rows: Rows, folder: Path) -> Iterator[tuple[str, str]]:
+    """Draw each map, one panel a method."""
+    for name, panels in finest(rows).items():
+        chart = BY_NAME[name]
+        stability_plots.draw(folder / f'stability-{name}.png', chart, panels,
+                             MAX_GAP if chart.y is FRAME_TIME else None)
+        yield f'stability-{name}.png', chart.what_to_see
+
+
+def text(rows: Rows) -> str:
+    """Return the text on the maps, with the count of what became of the trials."""
+    broken = {trial.REFUSED.letter, trial.DIVERGING.letter}
+    lines = []
+    for name, panels in finest(rows).items():
+        chart = BY_NAME[name]
+        for solver, own in panels.items():
+            cells = [(letter, chart.bound(solver, x, row['y']) >= 1.0) for row in own
+                     for x, letter in zip(chart.x.values(row['level']), row['cells'])]
+            within = [letter for letter, is_within in cells if is_within]
+            counts = collections.Counter(letter for letter, _ in cells)
+            lines.append([name, solver, len(cells),
+                          *(counts[outcome.letter] for outcome in trial.OUTCOMES),
+                          f'{sum(one in broken for one in within)} of {len(within)}'])
+    return TEXT + '\n\n' + table(['map', 'method', 'trials', *(
+        outcome.name for outcome in trial.OUTCOMES), 'broken below the bound'], lines)
+
+
+TEXT = f"""## Where each method breaks
+
+A flag of {trial.COLUMNS} x {trial.ROWS} nodes is laid flat with a noise of
+{trial.NOISE:g} cells, in a wind of {WIND:g} m/s where the map has no axis for it. Axes go to
+the ends of the parameters' ranges. Along "stiffness / area density" both change, from the default
+to the softest and heaviest cloth and to the stiffest and lightest; shear and bending go with
+stiffness.
+
+"Steps": the method alone takes {trial.STEPS} steps of a fixed length. It diverges where a node
+is not finite or {trial.FAR:g} times farther away than wind and free fall can carry it. What
+diverges grows exponentially, so that another threshold hardly moves a border; growth as slow as
+euler's undamped waves needs more steps to be seen.
+
+"Frames": what a user gets of {trial.FRAMES} frames or more, until they have {trial.STEPS}
+steps, with at most {Stepping().substeps_limit} steps a frame. Nothing diverges there: a frame
+that did is refused (Diverged), and the cloth stays where it was. The physics node adds max_gap:
+by default it simulates no frame longer than {MAX_GAP:g} s (dotted line).
+
+The line is the bound that the planner uses: below it theory promises stability (for frames: with
+{Stepping().substeps_limit} steps at a step_safety of {Stepping().step_safety:g}, so that nothing
+need be lowered). The last column counts the places below it that diverged or were refused."""

@@ -13,35 +13,35 @@
 # limitations under the License.
 
 """A sweep: many settings run through window after window, and the rows that come of it."""
-import functools
-
 from flag_sim.study.measures import summary, trials
-from flag_sim.study.measures.errors import COST, MEASURES
+from flag_sim.study.measures.errors import MEASURES
+from flag_sim.study.measures.summary import COST
 from flag_sim.study.runner import Batch
 from flag_sim.study.sections import convergence
 
 FIRST = 2  # turns that even the shortest study takes
 
 
-def batches(store, settings, row_of, turns):
+def batches(store, settings, measure, numbers):
     """
     Yield a Batch for every turn, of a row for every one of settings {name: settings}.
 
-    turns: numbers of the windows. All settings take a turn before any takes the next: so times
-    are taken interleaved, and a disturbance of the machine hits all alike. row_of(trials,
-    settings, window) gives a row's numbers.
+    numbers: of the turns' windows. All settings take a turn before any takes the next, so that a
+    disturbance of the machine hits all alike. measure(trials, settings, window) gives the numbers
+    of a row.
     """
-    own = trials.base_trials(store.folder)
+    base = trials.base_trials(store.folder)
+    own_px = convergence.own_error(store.rows(convergence.NAME))
 
-    def row(name, turn, number):
-        found = row_of(own, settings[name], own.reference.window(number))
-        return {'setting': name, 'turn': turn, 'window': number, **found,
-                'own_px': convergence.own_error(store.rows(convergence.NAME))}
+    def row(setting, turn, window):
+        del turn
+        return {**measure(base, settings[setting], base.reference.window(window)),
+                'own_px': own_px}
 
-    for turn, number in enumerate(turns):
-        yield Batch(f'{len(settings)} settings, turn {turn + 1}', {
-            f'{name}@{turn}': functools.partial(row, name, turn, number) for name in settings},
-            turn < FIRST)
+    for turn, number in enumerate(numbers):
+        yield Batch(f'{len(settings)} settings, turn {turn + 1}', [
+            {'setting': name, 'turn': turn, 'window': number} for name in settings],
+            row, turn < FIRST)
 
 
 def summarised(rows, turns=None):
@@ -55,16 +55,7 @@ def summarised(rows, turns=None):
                    **{column: summary.quartiles(some, column) for column in COST},
                    **{column: one.over_windows(some[:turns], column)
                       for column, one in MEASURES.items() if column in some[0]}}
-            for name, some in summary.grouped(_leveled(rows), 'setting').items()}
-
-
-def resolution(rows):
-    """Return the part by which costs of a frame must differ to be told apart in these rows."""
-    return summary.resolution(_leveled(rows), *COST)
-
-
-def _leveled(rows):
-    return summary.leveled(summary.whole(rows, 'setting'), *COST)
+            for name, some in summary.grouped(summary.leveled(rows), 'setting').items()}
 
 
 def own_error(rows):
@@ -74,13 +65,13 @@ def own_error(rows):
 
 def rank(numbers, rows):
     """Return in words whether the error of one of summarised can be ranked."""
-    return '' if numbers['rms_px'] >= convergence.TENTH * own_error(rows) else 'below rank'
+    return '' if numbers['rms_px'] >= convergence.RANKED * own_error(rows) else 'below rank'
 
 
 def noise(rows):
     """Return in words how far times spread."""
     found = [summary.quartiles(some, *COST) for some in summary.grouped(
-        summary.whole(rows, 'setting'), 'setting').values()]
+        summary.complete(rows, 'setting'), 'setting').values()]
     wide = sorted((one[2] - one[0]) / one[1] for one in found if one)
     typical = wide[len(wide) // 2]
     if typical <= 0.15:

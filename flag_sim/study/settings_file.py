@@ -12,16 +12,15 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Params files of the nodes: read for what a study depends on, and written."""
+"""Settings from a params file of the nodes, and back into a new one."""
 import os
 from pathlib import Path
-import tempfile
 
 from flag_sim.parameters import checks
 from flag_sim.study.measures.settings import changed, DEFAULTS, defaults, Settings
 
 # Parameters that have another name in settings, because two nodes have one of their name.
-OWN = {('renderer', 'threads'): 'drawing.threads'}
+RENAMED = {('renderer', 'threads'): 'drawing.threads'}
 
 
 def read(path: Path) -> tuple[Settings, list[str]]:
@@ -46,7 +45,7 @@ def read(path: Path) -> tuple[Settings, list[str]]:
         node = str(place).rpartition('/')[2]
         known = DEFAULTS.values() if node == '**' else [DEFAULTS.get(node, {})]
         for name, value in _flat(block['ros__parameters']):
-            name = OWN.get((node, name), name)
+            name = RENAMED.get((node, name), name)
             if any(name in names for names in known):
                 changes[name] = value
             else:
@@ -63,20 +62,21 @@ def _flat(block, prefix=''):
             yield prefix + str(name), value
 
 
-def blocks(settings: Settings, chosen: Settings) -> dict[str, Settings]:
+def by_node(settings: Settings, chosen: Settings) -> dict[str, Settings]:
     """Return {node: {parameter: value}} of the chosen ones, and of others than the default."""
-    names = {own: name for (_, name), own in OWN.items()}
-    return {node: {names.get(name, name): _typed(settings[name], default)
-                   for name, default in defaults_of_node.items()
-                   if name in chosen or settings[name] != default}
-            for node, defaults_of_node in DEFAULTS.items()}
+    names = {own: name for (_, name), own in RENAMED.items()}
+    found = {node: {names.get(name, name): _typed(settings[name], default)
+                    for name, default in defaults_of_node.items()
+                    if name in chosen or settings[name] != default}
+             for node, defaults_of_node in DEFAULTS.items()}
+    return {node: values for node, values in found.items() if values}
 
 
 def _typed(value, default):
-    """Return a value as its parameter's type: people write 6 for 6.0."""
+    """Return a value as its parameter's type, to 7 digits: people write 6 for 6.0."""
     if isinstance(default, tuple):
         return [_typed(*pair) for pair in zip(value, default)]
-    return type(default)(value)
+    return float(f'{value:.7g}') if isinstance(default, float) else type(default)(value)
 
 
 def check_new(path: Path) -> Path:
@@ -92,32 +92,17 @@ def check_new(path: Path) -> Path:
     return path
 
 
-def write(path: Path, comment: list[str], blocks: dict[str, Settings]) -> None:
+def write(path: Path, comment: list[str], values: dict[str, Settings], folder: Path) -> None:
     """
     Write {node: {parameter: value}} as a params file with lines of comment, whole or not at all.
 
-    Raises FileExistsError if the file exists.
+    folder: of the same file system, where it is written first. Raises FileExistsError if the file
+    exists.
     """
-    lines = [f'# {line}'.rstrip() for line in comment]
-    for node, values in blocks.items():
-        if values:
-            lines += [f'/**/{node}:', '  ros__parameters:']  # in any namespace
-            lines += [f'    {name}: {_text(value)}' for name, value in values.items()]
-    handle, beside = tempfile.mkstemp(dir=path.parent, prefix=f'.{path.name}-')
-    try:
-        with os.fdopen(handle, 'w') as file:
-            file.write('\n'.join(lines) + '\n')
-        os.chmod(beside, 0o644)
-        os.link(beside, path)
-    finally:
-        os.unlink(beside)
-
-
-def _text(value):
-    """Return a value as YAML that ROS reads as its type: a float always with its point."""
-    if isinstance(value, float):
-        digits, letter, power = f'{value:.7g}'.partition('e')
-        return digits + '.0' * ('.' not in digits) + letter + power
-    if isinstance(value, list):
-        return f'[{", ".join(map(_text, value))}]'
-    return str(value).lower() if isinstance(value, bool) else str(value)
+    import yaml
+    lines = [f'# {line}'.rstrip() + '\n' for line in comment]
+    content = {f'/**/{node}': {'ros__parameters': own}  # in any namespace
+               for node, own in values.items()}
+    unfinished = folder / 'params.yaml'
+    unfinished.write_text(''.join(lines) + yaml.safe_dump(content, sort_keys=False))
+    os.link(unfinished, path)
