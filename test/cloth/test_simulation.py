@@ -180,17 +180,18 @@ def test_one_bad_number_breaks_a_bound(row, what, value):
 
 
 @pytest.mark.parametrize('arguments, rule', [
-    ({'rows': 1}, 'rows must be between 2'),
-    ({'columns': 0}, 'columns must be between 2'),
-    ({'rows': 2.5}, 'rows must be a whole number, not 2.5'),
-    ({'rows': 100000, 'columns': 100000}, 'rows x columns must be at most'),
+    ({'rows': 1}, 'rows must be a whole number from 2'),
+    ({'columns': 0}, 'columns must be a whole number from 2'),
+    ({'rows': 2.5}, 'rows must be a whole number from 2 to 1001 [nodes], not 2.5'),
+    ({'rows': 100000, 'columns': 100000},
+     'rows must be a whole number from 2 to 1001 [nodes], not 100000'),
     ({'length': 0.0}, 'length must be between'),
     ({'width': math.nan}, 'width must be finite, not nan'),
     ({'hoist_top': (0.0, 1.0)}, 'hoist_top must have shape (3,), not (2,)'),
     ({'hoist_top': (0.0, 1.0, math.inf)},
      'hoist_top must be finite and at most 1e+06 in size, not inf'),
     ({'hoist_top': ('0', '1', '2')}, 'hoist_top must hold numbers, not'),
-    ({'gravity': math.nan}, 'gravity must be finite, not nan'),
+    ({'gravity': math.nan}, 'gravity must be a number from 0 to 1000 [m/s2], not nan'),
     ({'solver': 'magic'}, "seed, not 'magic'")])
 def test_bad_cloths_are_refused(arguments, rule):
     """The message names the rule and the value."""
@@ -208,7 +209,7 @@ def test_bad_cloths_are_refused(arguments, rule):
     (lambda cloth: cloth.advance(0.02, (1.0, 2.0, math.nan)), 'wind must be finite'),
     (lambda cloth: cloth.advance(0.02, (0.0, 1e5, 0.0)), 'wind must be finite and at most 10000'),
     (lambda cloth: cloth.advance(0.02, 'north'), "wind must hold numbers, not 'north'"),
-    (lambda cloth: cloth.regrid(1, 5), 'rows must be between 2'),
+    (lambda cloth: cloth.regrid(1, 5), 'rows must be a whole number from 2'),
     (lambda cloth: cloth.hang((0.0, 0.0, 1.0), -1.0, 1.0), 'length must be between'),
     (lambda cloth: cloth.place(np.zeros((2, 2, 3))), 'positions must have shape (9, 13, 3)'),
     (lambda cloth: cloth.place(cloth.positions, np.full((9, 13, 3), np.nan)),
@@ -219,9 +220,10 @@ def test_bad_cloths_are_refused(arguments, rule):
     (lambda cloth: setattr(cloth, 'air', 'storm'), "air must be of class Air, not 'storm'"),
     (lambda cloth: setattr(cloth, 'stepping', 5), 'stepping must be of class Stepping, not 5'),
     (lambda cloth: setattr(cloth, 'precision', 'float16'), 'precision must be one of'),
-    (lambda cloth: setattr(cloth, 'stretch_limit', -1.0), 'stretch_limit must be between'),
+    (lambda cloth: setattr(cloth, 'stretch_limit', -1.0), 'stretch_limit must be a number from 0'),
     (lambda cloth: setattr(cloth, 'pole', (0.0, 0.0, 0.0)), 'radius of the pole must be greater'),
-    (lambda cloth: setattr(cloth, 'gravity', 'down'), "gravity must be a number, not 'down'")])
+    (lambda cloth: setattr(cloth, 'gravity', 'down'),
+     "gravity must be a number from 0 to 1000 [m/s2], not 'down'")])
 def test_bad_changes_are_refused_and_change_nothing(change, rule):
     """The cloth goes on exactly as if they had not been asked for."""
     cloth, same = running(3), running(3)
@@ -278,7 +280,7 @@ def test_whole_numbers_of_steps_may_come_as_floats():
     stepping = Stepping(substeps=30.0, substeps_limit=100.0)
     assert [type(stepping.substeps), type(stepping.substeps_limit)] == [int, int]
     assert Cloth(3, 3, stepping=stepping).advance(0.01, WIND).granted == 30
-    with pytest.raises(ValueError, match='substeps must be a whole number, not 3.5'):
+    with pytest.raises(ValueError, match='substeps must be a whole number from 0 .*, not 3.5'):
         Stepping(substeps=3.5)
 
 

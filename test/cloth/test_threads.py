@@ -136,8 +136,9 @@ def test_a_pole_is_kept_out_of_with_threads_too(solver):
     assert not np.array_equal(flown(solver=solver), alone)
 
 
-@pytest.mark.parametrize('threads, rule', [(-1, 'threads must be between 0'), (65, 'and 64'),
-                                           (1.5, 'threads must be a whole number')])
+@pytest.mark.parametrize('threads, rule', [
+    (-1, 'threads must be a whole number from 0 to 64, not -1'), (65, 'to 64, not 65'),
+    (1.5, 'threads must be a whole number')])
 def test_bad_numbers_of_threads_are_refused(threads, rule):
     """By the rule and the value."""
     with pytest.raises(ValueError, match=rule):
