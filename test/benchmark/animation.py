@@ -68,7 +68,7 @@ def animation():
 def is_number(track):
     """Return whether a track can be made of a parameter, and interpolates."""
     try:
-        return keys.target_declaration(track).low is not None
+        return TARGETS[track].declaration.low is not None
     except ValueError:
         return False
 

@@ -93,7 +93,7 @@ def ring(cloth, shape, omega, count=None):
     small = SMALL_STEPS.get(cloth.solver)
     if count is None:
         count = math.ceil(frame * highest_frequency(cloth) / small) if small else 0
-    cloth.stepping = Stepping(substeps=count, substeps_limit=count or 10**6)
+    cloth.stepping = Stepping(substeps=count, substeps_limit=count or 10**5)
     start = cloth.positions
     weighed = shape * cloth.mesh.grid(cloth.mesh.mass_share)[..., None]
     rest = np.sum(weighed * start) - np.sum(weighed * shape)

@@ -75,7 +75,7 @@ class Shot:
         return round(seconds / self.dt)
 
     def wind(self, frame: int) -> np.ndarray:
-        """Return the wind (3,) [m/s] in the frame of that number."""
+        """Return the wind in the frame of that number: (3,) [m/s]."""
         gust = self._intensity * self._gusts.at(self._speed * frame * self.dt)
         return wind_vector(self._speed, *self._direction, gust)
 

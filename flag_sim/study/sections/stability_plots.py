@@ -13,10 +13,10 @@
 # limitations under the License.
 
 """Drawing of stability maps: a panel for each method, with the line of theory over it."""
-import numpy as np
-
 from flag_sim.study import plots
 from flag_sim.study.measures import stability_trial as trial
+import numpy as np
+
 # Okabe and Ito's colours, apart for the colour-blind, and also in grey from light to dark.
 COLORS = dict(zip(trial.OUTCOMES, ('#f2f2f2', '#56b4e9', '#f0e442', '#d55e00', '#000000')))
 BOUND_LINE = {'color': '#cc79a7', 'linewidth': 2.0}
