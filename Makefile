@@ -42,7 +42,7 @@ test:
 soak:
 	@FLAG_SIM_EXTREMES=2000 FLAG_SIM_SOAK=1 .venv/bin/python -m pytest -rsP \
 	test/cloth/test_conservation.py test/cloth/test_extremes.py test/cloth/test_refinement.py \
-	test/cloth/test_statistics.py
+	test/cloth/test_statistics.py test/nodes/test_hosts.py
 
 bench:
 	@.venv/bin/python test/benchmark/pipeline.py
