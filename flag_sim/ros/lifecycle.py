@@ -24,9 +24,9 @@ import sys
 import threading
 
 from flag_sim.declarations.usage import asks_for_help, usage
-from flag_sim.parameters.config import config_path
 from flag_sim.parameters.file_targets import given_files, is_meant, keys_of
 from flag_sim.protocol.notify import NotifySender
+from flag_sim.ros.dds_profile import set_dds_profile
 from flag_sim.ros.parameter_node import BadParameter, ParameterNode
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
@@ -38,13 +38,6 @@ import yaml
 
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # of glibc's malloc.h
 LARGEST_KEPT = 32 << 20  # the most that glibc takes [bytes]: an rgb8 image of 3840 x 2160 fits
-
-# Variables, and files in the working directory, by which users choose profiles or transports of
-# Fast DDS. A discovery server (ROS_DISCOVERY_SERVER) is no such choice: it goes with our profile.
-OWN_TRANSPORTS = (
-    'FASTDDS_DEFAULT_PROFILES_FILE', 'FASTRTPS_DEFAULT_PROFILES_FILE',
-    'FASTDDS_BUILTIN_TRANSPORTS', 'FASTDDS_ENVIRONMENT_FILE', 'ROS2_EASY_MODE')
-OWN_PROFILES = 'DEFAULT_FASTDDS_PROFILES.xml', 'DEFAULT_FASTRTPS_PROFILES.xml'
 
 NOTIFY_EVERY = 0.5  # whoever started the node how many frames it has served [s]
 
@@ -64,21 +57,6 @@ def keep_memory() -> None:
         mallopt = ctypes.CDLL(None).mallopt
         mallopt(M_MMAP_THRESHOLD, LARGEST_KEPT)
         mallopt(M_TRIM_THRESHOLD, 2 * LARGEST_KEPT)
-
-
-def set_dds_profile() -> None:
-    """
-    Give Fast DDS the package's profile, unless the user has chosen how messages travel.
-
-    With its stock settings a large image fills the shared memory segment, and from then on small
-    reliable messages may never arrive: a run in lockstep stops for good within seconds.
-    """
-    if (os.environ.get('RMW_IMPLEMENTATION') or 'rmw_fastrtps_cpp') != 'rmw_fastrtps_cpp':
-        return
-    if (os.environ.get('RMW_FASTRTPS_USE_QOS_FROM_XML') != '1'
-            and not any(os.environ.get(name) for name in OWN_TRANSPORTS)
-            and not any(os.path.exists(name) for name in OWN_PROFILES)):
-        os.environ['FASTDDS_DEFAULT_PROFILES_FILE'] = str(config_path('fastdds.xml'))
 
 
 def run(node_class: type[ParameterNode], args: Sequence[str] | None = None) -> int:

@@ -23,7 +23,7 @@ from support.soak import SOAK
 MISSING = why_not()
 pytestmark = pytest.mark.skipif(MISSING is not None, reason=f'no hosts: {MISSING}')
 soak = pytest.mark.skipif(not SOAK, reason='make soak tries every network')
-FRAMES = 200 if SOAK else 15
+FRAMES = 200 if SOAK else 10
 
 
 def filmed(folder, network, **options):
@@ -53,3 +53,8 @@ def test_every_network(tmp_path, loss, delay, peers):
     """Hosts find one another by multicast, or by the peers that they are given."""
     took = filmed(tmp_path, Network(loss, delay), peers=peers)
     print(f'loss {loss:.0%}, delay {delay} s, peers {peers}: {FRAMES} frames in {took:.1f} s')
+
+
+def test_containers_that_share_a_network_but_no_memory(tmp_path):
+    """Whoever comes second sees that shared memory does not lead to the first."""
+    filmed(tmp_path, Network(shared=True))
