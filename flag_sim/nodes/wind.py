@@ -25,6 +25,7 @@ from flag_sim.declarations.wind import WIND
 from flag_sim.protocol.clock import FrameClock
 from flag_sim.protocol.frames import next_take
 from flag_sim.protocol.missed_frames import MissedFrames
+from flag_sim.protocol.requests import Requests
 from flag_sim.protocol.take import Take
 from flag_sim.ros import frame_message, messages
 from flag_sim.ros.animation_node import AnimationNode
@@ -56,7 +57,7 @@ class Wind(AnimationNode):
         self._delivery = Delivery(self, self._send_again, self._on_done)
         self._missed = MissedFrames()
         self._last_look = time.monotonic(), time.process_time()  # of real time at what is due [s]
-        self._reset_since = None  # steady time at which a reset was asked for [s]
+        self._requests = Requests()
         self._timer = None
         self._take = None
         self._begin_take()
@@ -100,6 +101,8 @@ class Wind(AnimationNode):
         if changed & {'rate', 'pace', 'paused', 'frames'}:
             self._take.clock.wait()
             self._set_timer()
+        if changed & {'paused', 'pace'}:
+            self._requests.steps = 0  # they are for while it is paused
         if 'pace' in changed:
             self._delivery.clear()  # frames of real time are owed to nobody, as they have said
 
@@ -127,7 +130,7 @@ class Wind(AnimationNode):
 
     def _on_timer(self):
         now = time.monotonic()
-        if self._reset_since is not None:
+        if self._requests.is_reset_asked:
             self._finish_reset(now)
         elif self.values['pace'] == 'lockstep':
             self._delivery.resend_overdue(now)
@@ -137,24 +140,30 @@ class Wind(AnimationNode):
         self._end_if_done(now)
 
     def _on_step(self, _):
-        """Send one frame while paused."""
-        if self.values['paused'] and not self._take.is_over:
+        """Send one frame while paused; in lockstep once the window has room for it."""
+        if not self.values['paused']:
+            return
+        if self.values['pace'] == 'lockstep':
+            self._requests.steps += 1
+            self._fill_window()
+        elif not self._take.is_over:
+            self._delivery.make_room(self.values['window'])
             self._send(time.monotonic())
 
     def _on_reset(self, _):
         """Begin again; in lockstep only when what is in flight has been done."""
-        self._reset_since = time.monotonic()
-        self._finish_reset(self._reset_since)
+        now = time.monotonic()
+        self._requests.reset(now)
+        self._finish_reset(now)
 
     def _finish_reset(self, now):
-        waited = now - self._reset_since > self.values['resend_after']
-        if self.values['pace'] == 'realtime' or not len(self._delivery) or waited:
-            self._reset_since = None
+        is_idle = self.values['pace'] == 'realtime' or not len(self._delivery)
+        if self._requests.begins_take(is_idle, now, self.values['resend_after']):
             self._begin_take()
             self.get_logger().info('reset: back to the first frame', throttle_duration_sec=1.0)
 
     def _end_if_done(self, now):
-        if self._reset_since is not None or self.ended.done() or not self._take.is_over:
+        if self._requests.is_reset_asked or self.ended.done() or not self._take.is_over:
             return
         is_gone = self.values['pace'] == 'realtime' and self._delivery.overdue(
             now, self.values['resend_after'])
@@ -169,8 +178,10 @@ class Wind(AnimationNode):
     # Lockstep.
 
     def _fill_window(self):
-        while (not self.values['paused'] and self._reset_since is None
+        while ((not self.values['paused'] or self._requests.steps)
+               and not self._requests.is_reset_asked
                and self._take.has_room(self._delivery, self.values['window'])):
+            self._requests.steps = max(self._requests.steps - 1, 0)
             self._send(time.monotonic())
 
     def _send_again(self, sent):

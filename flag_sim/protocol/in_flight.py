@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """Frames in flight: what was sent, who has said that it is done, and what is overdue."""
+import collections
 from collections.abc import Iterable
 import dataclasses
 
@@ -20,6 +21,8 @@ from flag_sim.protocol.frames import FrameId
 
 FIRST_RESEND = 0.2
 """Before a frame is sent again while nobody has ever answered: discovery takes a moment [s]."""
+MOST_GIVEN_UP = 64
+"""Frames that are remembered when they are given up: a late answer shows that somebody is there."""
 
 
 @dataclasses.dataclass
@@ -45,6 +48,8 @@ class FramesInFlight:
         self.answered = False
         self.resent = 0
         self._frames: dict[int, Sent] = {}  # by stamp; a dict keeps the order of sending
+        # (stamp, consumers that had not answered) of the latest frames that were given up
+        self._given_up = collections.deque(maxlen=MOST_GIVEN_UP)
         self._silent_since = None  # since when frames are in flight and none of them was done
 
     def __len__(self) -> int:
@@ -78,6 +83,8 @@ class FramesInFlight:
                 return False
             del self._frames[stamp]
             self.answered = True
+        elif not any(stamp == known and consumer in names for known, names in self._given_up):
+            return False  # nobody was asked for that: it must not hide who is silent
         # Somebody is there, also if the frame was given up meanwhile.
         self._silent_since = now if self._frames else None
         return sent is not None
@@ -124,7 +131,9 @@ class FramesInFlight:
 
     def give_up(self) -> None:
         """Forget the oldest frame."""
-        del self._frames[self.oldest.frame.stamp]
+        sent = self.oldest
+        self._given_up.append((sent.frame.stamp, frozenset(sent.waiting_for)))
+        del self._frames[sent.frame.stamp]
 
     def make_room(self, window: int) -> int:
         """
