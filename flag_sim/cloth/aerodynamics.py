@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-The wind on the faces (1.3), spread over their nodes (1.4).
+The wind on the faces (eq. 1.3), spread over their nodes (eq. 1.4).
 
 Each cell is cut into an upper face, whose right angle is the cell's upper hoist corner, and a
 lower face opposite. Where the source text has F = n (n . w), a face here feels the pressure of
@@ -60,7 +60,7 @@ def _force_per_area(flux, area, wind, dt):
 def set_face_forces(nodes: Nodes, wind: Wind, dt: float, weights: Weights, faces: tuple,
                     band: Band) -> None:
     """
-    Fill half the wind's force [N] on the upper and the lower face of each cell (1.3).
+    Fill half the wind's force [N] on the upper and the lower face of each cell (eq. 1.3).
 
     dt: the step that the drag is taken implicitly over [s], zero for the momentary force. faces:
     six flat arrays, x y z of the upper and of the lower faces.
@@ -104,7 +104,7 @@ def set_face_forces(nodes: Nodes, wind: Wind, dt: float, weights: Weights, faces
 @inner_kernel
 def pressure_force(upper: np.ndarray, lower: np.ndarray, i: np.uint64, stride: np.uint64) -> float:
     """
-    Return the force [N] of the six faces that meet in node i along one axis (1.4).
+    Return the force [N] of the six faces that meet in node i along one axis (eq. 1.4).
 
     upper, lower: half the force on the faces of each cell along that axis.
     """
@@ -115,7 +115,7 @@ def pressure_force(upper: np.ndarray, lower: np.ndarray, i: np.uint64, stride: n
 
 @lean_kernel
 def add_pressure_forces(faces: tuple, force: Field, band: Band) -> None:
-    """Add to each node's force [N] that of the six faces that meet in it (1.4)."""
+    """Add to each node's force [N] that of the six faces that meet in it (eq. 1.4)."""
     for axis in range(3):
         _add_along(faces[axis], faces[axis + 3], force[axis], band)
 

@@ -25,7 +25,7 @@ class Material(Declared):
     A thin elastic sheet; every value belongs to the material, none to the grid.
 
     area_density: mass of a square metre [kg/m2], above zero.
-    stiffness: K, tension per width of the threads per strain [N/m] (Hooke, 1.2).
+    stiffness: K, tension per width of the threads per strain [N/m] (Hooke's law, eq. 1.2).
     shear_stiffness: G = C66 [N/m]. The sheet has C11 = C22 = K + G and C12 = G, and is isotropic
     where K = 2 G (Poisson's ratio 1/3), as it is by default.
     bend_stiffness: B, the plate's [N m]. The wrinkles that it allows are about

@@ -18,17 +18,17 @@ One step of the cloth in plain numpy, to be read beside the kernels, which compu
 The cloth is a grid of nodes with masses m at positions x, moving at velocities v. On each of them
 act these forces (the numbers are those of the source text, see docs/source.md):
 
-    weight      F = m g                                                                     (1.1)
-    springs     F = k (l - l_0) n along rows, columns and diagonals: Hooke's law            (1.2)
-    wind        F = rho C_d / 2 A |u_n| u_n n on a triangular face, u_n = (w - v) . n       (1.3)
-                the wind across it, shared out to the three nodes at its corners            (1.4)
-    friction    F = c (dl/dt) n in every spring, and F = -nu m v on every node              (1.5)
+    weight      F = m g                                                                     (eq. 1.1)
+    springs     F = k (l - l_0) n along rows, columns and diagonals: Hooke's law            (eq. 1.2)
+    wind        F = rho C_d / 2 A |u_n| u_n n on a triangular face, u_n = (w - v) . n       (eq. 1.3)
+                the wind across it, shared out to the three nodes at its corners            (eq. 1.4)
+    friction    F = c (dl/dt) n in every spring, and F = -nu m v on every node              (eq. 1.5)
     bending     F = minus the gradient of B/2 |second differences of x|^2, which the source lacks
 
-Their sum (1.6) moves the node over a step h, by symplectic Euler (1.11):
+Their sum (eq. 1.6) moves the node over a step h, by symplectic Euler (eq. 1.11):
 
-    v' = v + h F / m     (1.7 to 1.9)
-    x' = x + h v'       (1.10)
+    v' = v + h F / m     (eqs. 1.7 to 1.9)
+    x' = x + h v'       (eq. 1.10)
 
 Drag could reverse a velocity in one long step, so it is taken implicitly: that divides a node's
 velocity by 1 + h nu, and the wind on a face by 1 + h (dF/du_n) / m, with m the face's mass.

@@ -67,7 +67,7 @@ class Picture:
              materials: Materials = Materials(), dimensions: Dimensions = Dimensions(),
              style: Style = Style(), channels: Iterable[str] = ()) -> Frame:
         """
-        Draw the source's scene (1.2): a flag, its pole and its platform.
+        Draw the source's scene (sec. 1.2): a flag, its pole and its platform.
 
         flag_vertices, flag_normals: see scene.sheet; the others: see scene.flag_scene and
         draw_scene. Raises ValueError for other shapes, and for what is not of the class of its

@@ -144,7 +144,7 @@ class Recorder(ParameterNode):
         if self._recording.written(name, stamp):
             self._stopwatch.frames += 1
             self._say_done(stamp)
-            if self._recording.is_full:
+            if self._recording.has_all_frames:
                 self._last_asked = time.monotonic()
                 self.create_timer(0.1, self._end_when_heard)
 

@@ -17,7 +17,7 @@ from collections.abc import Mapping, Sequence
 import sys
 import time
 
-from flag_sim.declarations.making import Look, look_of
+from flag_sim.declarations.factories import Look, look_of
 from flag_sim.declarations.renderer import RENDERER
 from flag_sim.declarations.scene import check_scene
 from flag_sim.drawing import Picture

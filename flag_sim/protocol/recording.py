@@ -59,7 +59,7 @@ class Recording:
         self.complete = self.copies = self.takes = 0
 
     @property
-    def is_full(self) -> bool:
+    def has_all_frames(self) -> bool:
         """Return whether the recording has all the frames that it shall have."""
         return 0 < self._length <= self.complete
 
@@ -113,14 +113,14 @@ class Recording:
             raise ValueError(f'its stamp {stamp / 1e9} s after {self.takes - 1} takes is later '
                              f'than a bag can hold, {LATEST / 1e9} s')
         if topic not in self._every_frame:
-            return Placement.IGNORE if self.is_full else Placement.WRITE
+            return Placement.IGNORE if self.has_all_frames else Placement.WRITE
         if stamp in self._latest:
             self.copies += 1
             return Placement.ANSWER
         if len(self._latest) == REMEMBERED and stamp < next(iter(self._latest)):
             self.copies += 1
             return Placement.IGNORE
-        if self.is_full:
+        if self.has_all_frames:
             return Placement.IGNORE
         missing = self._missing.setdefault(stamp, set(self._every_frame))
         if topic not in missing:
@@ -152,4 +152,4 @@ class Recording:
         """Return (stamp [ns], missing topics) of the first frame after the last complete one."""
         last = next(reversed(self._latest), -1)
         stamp = min((stamp for stamp in self._missing if stamp > last), default=None)
-        return None if stamp is None or self.is_full else (stamp, self._missing[stamp])
+        return None if stamp is None or self.has_all_frames else (stamp, self._missing[stamp])

@@ -147,7 +147,7 @@ def test_power_of_the_wind_is_never_positive_in_still_air(mesh):
 
 
 def test_gravity_is_weight(mesh):
-    """Force m g downwards, whatever the state (1.1)."""
+    """Force m g downwards, whatever the state (eq. 1.1)."""
     model = Model(mesh, Material(0.2, 0.0, 0.0, 0.0, 0.0))
     positions, velocities = crumpled(mesh)
     found = forces(model, positions, velocities, gravity=9.81)

@@ -17,7 +17,7 @@ import itertools
 import math
 import time
 
-from flag_sim.declarations.making import look_of
+from flag_sim.declarations.factories import look_of
 from flag_sim.declarations.nodes import NODES
 from flag_sim.drawing import Picture
 from flag_sim.nodes import renderer

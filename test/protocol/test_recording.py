@@ -44,7 +44,7 @@ def test_copies_are_left_out_and_those_of_complete_frames_answered():
     record(recording, 'image', 0)
     assert recording.place('image', 0) is Placement.IGNORE
     record(recording, 'vertices', 0)
-    assert recording.is_full
+    assert recording.has_all_frames
     assert recording.place('image', 0) is Placement.ANSWER
     assert recording.place('image', FRAME) is Placement.IGNORE
     assert recording.place('keyframe', FRAME) is Placement.IGNORE

@@ -166,11 +166,11 @@ def _take_steps(nodes, nodes_out, sheet, coefficients, work, scratch, steps, ban
         # Free fall, the guess about which the forces are linearised.
         _guess(velocity, sheet.inverse_mass, coefficients.gravity, dt, velocity_out, band)
         set_sum(position, dt, velocity_out, position_out, band)
-        # The wind's momentary force (1.3, 1.4): that it weakens as the cloth yields is in A.
+        # The wind's momentary force (eqs. 1.3, 1.4): that it weakens as the cloth yields is in A.
         set_forces(nodes_out, sheet, wind_alone, work, zero, band)
         copy(velocity_out, scratch.guess, band)
         copy(work.force, scratch.wind, band)
-        # All forces (1.6), and what they leave of the step's equation.
+        # All forces (eq. 1.6), and what they leave of the step's equation.
         set_forces(nodes_out, sheet, coefficients, work, zero, band)
         _set_residual(velocity, velocity_out, work.force, system, residual, band)
         # What a change of velocity does to them: the matrix A of springs and wind.

@@ -52,7 +52,7 @@ def _take_steps(nodes, nodes_out, sheet, coefficients, work, moves, steps, band)
     scale(start.velocity, dt, band)
     wait(work.barrier)
     for _ in range(steps.count):
-        # All forces at the step's beginning (1.1 to 1.4), and what nodes do by them (1.5 to 1.10).
+        # All forces at the step's beginning (eqs. 1.1 to 1.4), and what nodes do by them (eqs. 1.5 to 1.10).
         set_forces(start, sheet, coefficients, work, now, band)
         _update(start, work.force, sheet.inverse_mass, end, dt, mu, band)
         # The pole, and the attachment to the hoist.

@@ -38,7 +38,7 @@ class Update(NamedTuple):
 @wide_kernel
 def _move(nodes, nodes_out, tensions, moments, faces, sheet, update, band):
     """
-    Sum the forces on each node (1.6) and move it; pins and ghosts have no inverse mass and stay.
+    Sum the forces on each node (eq. 1.6) and move it; pins and ghosts have no inverse mass and stay.
 
     One loop, so that no force is written to memory and read again: a tenth of a step. tensions,
     moments, faces: of Work; the last two None where they are not to be summed, for which numba
@@ -52,7 +52,7 @@ def _move(nodes, nodes_out, tensions, moments, faces, sheet, update, band):
     mass, inverse_mass = sheet.mass, sheet.inverse_mass
     first, last, stride = band
     for i in range(first, last):
-        # Springs (1.2) and weight (1.1).
+        # Springs (eq. 1.2) and weight (eq. 1.1).
         fx = spring_force(x, tensions, i, stride)
         fy = spring_force(y, tensions, i, stride)
         fz = spring_force(z, tensions, i, stride) - gravity * mass[i]
@@ -61,7 +61,7 @@ def _move(nodes, nodes_out, tensions, moments, faces, sheet, update, band):
             fx += bending_force(moments[0], i, stride)
             fy += bending_force(moments[1], i, stride)
             fz += bending_force(moments[2], i, stride)
-        # The wind on the faces around the node (1.3, 1.4).
+        # The wind on the faces around the node (eqs. 1.3, 1.4).
         if faces is not None:
             fx += pressure_force(faces[0], faces[3], i, stride)
             fy += pressure_force(faces[1], faces[4], i, stride)
@@ -105,7 +105,7 @@ def _take_steps(nodes, nodes_out, sheet, coefficients, work, scratch, steps, ban
 
 class Symplectic(Solver):
     """
-    The method that the source text steps with (1.7 to 1.11), its units put right.
+    The method that the source text steps with (eqs. 1.7 to 1.11), its units put right.
 
     First order; conditionally stable: see largest_step. Springs and bending are explicit, the drag
     of the wind and the nodes' own damping implicit. Without damping it keeps the energy within a

@@ -162,11 +162,11 @@ def _take_steps(nodes, nodes_out, sheet, coefficients, work, scratch, steps, ban
     if max(bend) > 0.0:
         factor_plate(sheet, bend, dt, scratch.plate, band)
     for _ in range(steps.count):
-        # Weight and wind (1.1, 1.3, 1.4), and where they and inertia alone would take the nodes.
+        # Weight and wind (eqs. 1.1, 1.3, 1.4), and where they and inertia alone would take the nodes.
         set_forces(nodes, sheet, outside, work, dt, band)
         _predict(nodes.velocity, work.force, sheet.inverse_mass, predicted, dt, keep, band)
         # Two fields to begin the sweep with: these increments, and those by all forces, that is
-        # by bending and springs (1.2) too.
+        # by bending and springs (eq. 1.2) too.
         copy(predicted, forced, band)
         copy(predicted, free, band)
         if max(bend) > 0.0:

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """The settings of a run: {parameter: value} of all three nodes in one, and changes of them."""
-from flag_sim.declarations.making import look_of
+from flag_sim.declarations.factories import look_of
 from flag_sim.declarations.physics import PHYSICS
 from flag_sim.declarations.renderer import RENDERER
 from flag_sim.declarations.scene import SCENE

@@ -29,7 +29,7 @@ from flag_sim.cloth.model import Model
 from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.cloth.stability import damping_bound, frequency_bound
 from flag_sim.cloth.state import State
-from flag_sim.declarations.making import hang_of
+from flag_sim.declarations.factories import hang_of
 from flag_sim.study.measures.settings import defaults, WIND_DEFAULTS
 import numpy as np
 

@@ -35,7 +35,7 @@ from flag_sim.study.measures.settings import MAX_GAP, RANGES, WIND_DEFAULTS
 from flag_sim.study.measures.summary import Rows
 from flag_sim.study.report import table
 from flag_sim.study.runner import Batch
-from flag_sim.study.sections import stability_plots
+from flag_sim.study import stability_plots
 from flag_sim.study.store import Store
 
 PLACE, NAME, SHARE = 7, 'stability', 1.0

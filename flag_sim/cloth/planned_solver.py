@@ -24,7 +24,7 @@ from flag_sim.cloth.stability import damping_bound, Plan, plan, SHORTEST_STEP
 from flag_sim.cloth.stepping import Stepping
 
 
-class Stepper:
+class PlannedSolver:
     """
     A solver of a kind, a subclass of Solver, for a material on a mesh.
 

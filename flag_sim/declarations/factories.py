@@ -32,7 +32,7 @@ stepping_of = STEPPING.make
 
 def hang_of(values: Values) -> tuple[tuple[float, float, float], float, float]:
     """
-    Return (hoist_top, length, width) [m] of the flag (1.2).
+    Return (hoist_top, length, width) [m] of the flag (sec. 1.2).
 
     Unless given, the width is a sixth of the pole and the length one and a half times the width.
     The upper corner is on the pole's surface, one diameter below its top.
