@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Autokey: a value that a user sets while a shot plays becomes a key (the source's 1.5)."""
+"""Autokey: a value that a user sets while a shot plays becomes a key (the source's sec. 1.5)."""
 import bisect
 from collections.abc import Mapping
 import math

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Tracks: one keyed value through time (the source text's keys and key frames, 1.5).
+Tracks: one keyed value through time (the source text's key frames, sec. 1.5).
 
 What Blender calls an F-curve and glTF an animation sampler: keys, a law of interpolation for each
 segment between two of them, and constant extrapolation outside.

@@ -24,7 +24,7 @@ import numpy as np
 
 WIND_KEYED = ('speed', 'azimuth', 'elevation', 'gust.intensity')
 """What may be keyed of the wind."""
-PARAMETERS = tuple(one.name for one in Group(WindSettings()))
+PARAMETERS = tuple(declaration.name for declaration in Group(WindSettings()))
 """The wind node's parameters that the wind depends on."""
 
 

@@ -100,8 +100,8 @@ def sheet(vertices: np.ndarray, normals: np.ndarray | None = None, surface: Surf
     Return a cloth as an object, both sides of which are seen.
 
     vertices: (rows, columns, 3) [m]; normals: the same shape, of any length, on the side of (row
-    direction) x (column direction), or None to average them (eq. 1.13). Raises ValueError for other
-    shapes and types, and for fewer than two rows or columns.
+    direction) x (column direction), or None to average them (eq. 1.13).
+    Raises ValueError for other shapes and types, and for fewer than two rows or columns.
     """
     vertices = ranges.points('flag_vertices', vertices, (None, None, 3))
     triangles = grid_triangles(*vertices.shape[:2])

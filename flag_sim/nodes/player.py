@@ -28,8 +28,8 @@ from flag_sim.ros.node_log import NodeLog
 from flag_sim.ros.parameter_node import BadParameter, ParameterNode
 from flag_sim.ros.topics import publish, TOPICS
 
-LOOK_AGAIN = 0.05
-"""Between looks of lockstep for what is overdue [s]."""
+POLL_PERIOD = 0.05
+"""How often lockstep checks for overdue frames [s]."""
 SOURCES = ('parameters', 'vertices')
 """Topics that drive the pipeline; the first of them that the bag has is played by default."""
 
@@ -106,7 +106,7 @@ class Player(ParameterNode):
             self._delivery.resend_overdue(now)
             self._give_up(now)
             self._send_frame(now)
-            self._arm(LOOK_AGAIN)
+            self._arm(POLL_PERIOD)
         else:
             self._send_due(now)
         if self._next is None and not len(self._delivery) and not self.ended.done():
@@ -126,7 +126,7 @@ class Player(ParameterNode):
             name, _, data = self._next
             self._send(name, data)
             self._next = self._read()
-        self._arm(LOOK_AGAIN)
+        self._arm(POLL_PERIOD)
 
     def _send_frame(self, now):
         """Send all messages of the next frame, if none is in flight."""

@@ -33,9 +33,9 @@ from rclpy.serialization import deserialize_message
 
 LINGER = 3.0
 """
-How long a recorder that has all its frames goes on answering while the wind is there [s].
+How long a complete recording keeps answering while the wind is there [s].
 
-Its last answer may be lost; then the wind asks again, and this time begins anew.
+The last answer may be lost; then the wind asks again, and this time starts over.
 """
 
 

@@ -32,13 +32,17 @@ import numpy as np
 
 GRACE = 1.0
 """
-After this time a wind that is not discovered is not there [s].
+How long after its start the renderer waits for a wind to be discovered [s].
 
-Vertices may come before it is discovered; only from then on are they drawn without parameters, as
-when they are played back alone.
+Vertices may come before the wind is discovered; after this time they are drawn without parameters,
+as when they are played back alone.
 """
-LOOK_AGAIN = 5.0
-"""Between looks for a second publisher of vertices; one that was killed is seen for less [s]."""
+POLL_PERIOD = 5.0
+"""
+How often to check for a second publisher of vertices [s].
+
+A publisher that was killed remains visible for less than that.
+"""
 
 
 class Drawing:
@@ -68,7 +72,7 @@ class Renderer(FrameNode):
         self._start = time.monotonic()
         subscribe(self, 'vertices', self._on_vertices)
         self._grace = self.create_timer(GRACE, self._end_grace)
-        self._publishers_timer = self.create_timer(LOOK_AGAIN, self._look_for_publishers)
+        self._publishers_timer = self.create_timer(POLL_PERIOD, self._look_for_publishers)
         self._had_several = False  # publishers of vertices, at the last look
         self._log.watch(self._missing, lambda: self._stopwatch.frames)
         self.get_logger().info(

@@ -19,7 +19,7 @@ import dataclasses
 from flag_sim.protocol.frames import FrameId
 
 FIRST_RESEND = 0.2
-"""Before a frame is sent again while nobody has ever answered: discovery takes a moment [s]."""
+"""Time until a frame is sent again while no node has ever answered (discovery is slow) [s]."""
 
 
 @dataclasses.dataclass
@@ -78,7 +78,7 @@ class FramesInFlight:
                 return False
             del self._frames[stamp]
             self.answered = True
-        # Somebody is there, also if the frame was given up meanwhile.
+        # A consumer is there, even if the frame was given up meanwhile.
         self._silent_since = now if self._frames else None
         return sent is not None
 
@@ -86,7 +86,7 @@ class FramesInFlight:
         """
         Let the frames in flight be done when all `consumers` say so, from now on.
 
-        Who has said so already is asked again with the frame's next copy.
+        Consumers that have said so already are asked again with the frame's next copy.
         """
         consumers = set(consumers)
         for sent in self._frames.values():
@@ -114,9 +114,9 @@ class FramesInFlight:
 
     def late(self, now: float, after: float) -> list[str]:
         """
-        Return who lets the oldest frame wait, if no frame was done for more than `after` [s].
+        Return the consumers that the oldest frame waits for, if none was done for `after` [s].
 
-        Frames that left while another one was waited for are not late for that.
+        Frames sent while another one was waited for are not late because of that.
         """
         if self.oldest is None or now - self._silent_since <= after:
             return []

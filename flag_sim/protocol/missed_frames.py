@@ -12,12 +12,12 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Frames that a wind has missed in real time, and why."""
+"""Frames that the wind node has missed in real time, and why."""
 from collections import Counter
 from collections.abc import Collection
 
 BUSY = 0.5
-"""A sender that computed for less than this part of a delay was not what caused it."""
+"""A sender that computed for less than this fraction of a delay did not cause it."""
 
 
 class MissedFrames:

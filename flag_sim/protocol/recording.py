@@ -20,7 +20,7 @@ import enum
 from flag_sim.protocol.frames import Arrival, FrameId, FrameOrder
 
 REMEMBERED = 1024
-"""Frames of which copies are recognised."""
+"""Number of latest frames whose copies are recognised."""
 TAKE_GAP = 100_000_000
 """Time in the bag between two takes [ns]."""
 LATEST = 2**63 - 1
@@ -60,7 +60,7 @@ class Recording:
 
     @property
     def has_all_frames(self) -> bool:
-        """Return whether the recording has all the frames that it shall have."""
+        """Return whether as many frames are complete as were asked for."""
         return 0 < self._length <= self.complete
 
     @property

@@ -12,14 +12,14 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What is worth a line in a log: a reason once in a while, a wait when it is long."""
+"""Which lines to log: the same reason at most every few seconds, a wait once it is long."""
 import re
 from typing import NamedTuple
 
 PATIENCE = 2.0
-"""How long a wait may last before it is logged [s]: while others start, frames come late."""
+"""How long a wait may last before it is logged [s]: while nodes start, frames come late."""
 WARN_EVERY = 5.0
-"""Between lines with the same reason [s]."""
+"""How often a line with the same reason may be logged [s]."""
 MOST_REASONS = 8
 """Different reasons logged within WARN_EVERY: a broken sender must not fill the log."""
 

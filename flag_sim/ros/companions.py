@@ -24,10 +24,10 @@ from rcl_interfaces.srv import GetParameters
 from rclpy.parameter import parameter_value_to_python
 from rclpy.qos import qos_profile_parameter_events
 
-LOOK_AGAIN = 0.5
-"""Between looks at who is there [s]."""
+POLL_PERIOD = 0.5
+"""How often to check which nodes are there [s]."""
 ASK_AGAIN = 4
-"""Looks after which a node that has not answered is asked once more."""
+"""After how many checks a node that has not answered is asked again."""
 COMPANIONS = ('physics', 'renderer')
 """Names of the nodes that are companions, in any namespace."""
 
@@ -58,7 +58,7 @@ class Companions:
         self._looks = 0
         node.create_subscription(ParameterEvent, '/parameter_events', self._on_event,
                                  qos_profile_parameter_events)
-        node.create_timer(LOOK_AGAIN, self._look)
+        node.create_timer(POLL_PERIOD, self._look)
 
     def _look(self):
         """Find the nodes that are there, and ask those that have not sent their values."""

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Delivery: a frame is sent until every node that is waited for has said that it is done."""
+"""Delivery: a frame is sent again until every node in `wait_for` has reported it done."""
 from collections.abc import Callable, Mapping
 import time
 
@@ -24,9 +24,9 @@ from rclpy.exceptions import InvalidNodeNameException
 from rclpy.validate_node_name import validate_node_name
 
 WARN_AGAIN = 5.0
-"""Between warnings of one frame [s]."""
+"""How often a warning of the same frame is repeated [s]."""
 SILENT = ('wind', 'physics', 'player')
-"""Nodes that a frame comes from or passes through: none of them sends `frame_done`."""
+"""Nodes that send or pass on frames: none of them publishes `frame_done`."""
 
 
 def check_delivery(values: Mapping) -> None:

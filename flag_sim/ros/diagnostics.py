@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Diagnostics on `state`: how a node is doing, while somebody listens."""
+"""Diagnostics on `state`: how a node is doing, published while there is a subscriber."""
 from collections.abc import Callable
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -22,7 +22,7 @@ from rclpy.node import Node
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 PERIOD = 1.0
-"""Between messages [s]."""
+"""How often a message is published [s]."""
 
 
 class Diagnostics:

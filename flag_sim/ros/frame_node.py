@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What physics and renderer have in common: a frame arrives, they work, they publish."""
+"""Base of physics and renderer: a frame arrives, the node works on it and publishes."""
 from collections.abc import Hashable, Iterable, Mapping
 import os
 

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""A ROS node whose parameters are parameters: declared, checked and refused in one place."""
+"""A ROS node whose parameters are declared, checked and refused in one place."""
 import difflib
 
 from flag_sim.declarations.nodes import NODES, scene
@@ -37,7 +37,7 @@ class BadParameter(ValueError):
 
 class ParameterNode(Node):
     """
-    A node whose parameters are `parameters`.
+    A node with the parameters of `declarations`.
 
     A value is refused with the rule and the value: at the start by BadParameter, while running by
     the result of the service. rclpy's own check of a descriptor's range names neither, and its

@@ -25,9 +25,9 @@ from flag_sim.protocol.notify import NotifyReceiver
 from flag_sim.tools.domains import claimed_domain
 
 GRACE = 10.0
-"""Time that a node gets to end [s]."""
-LOOK_AGAIN = 0.1
-"""Between looks whether a node has ended instead of becoming ready [s]."""
+"""How long a node may take to end [s]."""
+POLL_PERIOD = 0.1
+"""How often to check whether a node has ended instead of becoming ready [s]."""
 
 
 class NotReady(RuntimeError):
@@ -82,7 +82,7 @@ class Graph:
         while 'READY' not in self.told(name):
             if self.processes[name].poll() is not None or time.monotonic() > end:
                 raise NotReady(f'{name} is not ready; it said:\n{self.log(name)}')
-            self._receivers[name].wait(LOOK_AGAIN)
+            self._receivers[name].wait(POLL_PERIOD)
 
     def log(self, name: str) -> str:
         """Return what a node has said so far."""

@@ -119,7 +119,7 @@ def test_vertices_that_are_not_drawn_say_why(tmp_path, domain):
 
 def test_two_publishers_of_vertices_are_told_once(domain, capfd, monkeypatch):
     """As where physics was started twice: each cloth has a history of its own."""
-    monkeypatch.setattr(renderer_module, 'LOOK_AGAIN', 0.05)
+    monkeypatch.setattr(renderer_module, 'POLL_PERIOD', 0.05)
     with rclpy.init(domain_id=domain):
         renderer = Renderer()
         physics = [rclpy.create_node(name) for name in ('physics', 'other')]

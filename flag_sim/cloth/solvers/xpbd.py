@@ -162,7 +162,7 @@ def _take_steps(nodes, nodes_out, sheet, coefficients, work, scratch, steps, ban
     if max(bend) > 0.0:
         factor_plate(sheet, bend, dt, scratch.plate, band)
     for _ in range(steps.count):
-        # Weight and wind (eqs. 1.1, 1.3, 1.4), and where they and inertia alone would take the nodes.
+        # Weight and wind (eqs. 1.1, 1.3, 1.4), and where these and inertia alone take the nodes.
         set_forces(nodes, sheet, outside, work, dt, band)
         _predict(nodes.velocity, work.force, sheet.inverse_mass, predicted, dt, keep, band)
         # Two fields to begin the sweep with: these increments, and those by all forces, that is
