@@ -22,7 +22,7 @@ from flag_sim.animation.targets import Targets
 from flag_sim.animation.tracks import TURN
 
 ROUNDING = 1e-9
-"""Of a direction from which turns are taken off and put on again [rad]."""
+"""Rounding error of a direction after whole turns are subtracted and added again [rad]."""
 
 
 def with_key(values: Mapping, track: str, time: float, value: object, old: object, *,

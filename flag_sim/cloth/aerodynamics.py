@@ -21,14 +21,14 @@ air that moves against it: F = 1/2 rho C_d A |u_n| u_n n, where u = w - v is the
 the face and u_n = u . n.
 
 The node in the right angle bears half of the face's force and the others a quarter each; the
-face's velocity v is the mean of the nodes' velocities with the same shares. So the power of the force is
-F . v, and a flat sheet square to the wind is accelerated alike in all its nodes, corners
+face's velocity v is the mean of the nodes' velocities with the same shares. So the power of the
+force is F . v, and a flat sheet square to the wind is accelerated alike in all its nodes, corners
 included, because the shares are those of the face's mass.
 """
 from typing import NamedTuple
 
-from flag_sim.cloth.mesh import LEAST_AREA2
 from flag_sim.cloth.drag import divisor, drag_factor, SEED
+from flag_sim.cloth.mesh import LEAST_AREA2
 from flag_sim.cloth.records import Band, Field, NEXT, Nodes, Vector, Weights
 from flag_sim.jit.kernels import inner_kernel, lean_kernel, wide_kernel
 import numpy as np

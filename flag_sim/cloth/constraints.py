@@ -25,7 +25,7 @@ from flag_sim.cloth.state import State
 import numpy as np
 
 SWEEPS = 20
-"""After as many the cloth may still be in the pole, where it was put so; steps go on with that."""
+"""Sweeps at most; a cloth that was put into the pole may need more, which the steps then do."""
 
 
 def constrain(state: State, spare: State, limits: Limits, contact: Contact) -> None:

@@ -24,6 +24,7 @@ from flag_sim.cloth.mesh import Grid, Mesh
 from flag_sim.cloth.model import Model
 from flag_sim.cloth.normals import node_normals
 from flag_sim.cloth.options import Options
+from flag_sim.cloth.planned_solver import PlannedSolver
 from flag_sim.cloth.pole import checked_pole, MAX_HOIST, relative_pole
 from flag_sim.cloth.records import Vector
 from flag_sim.cloth.resampling import carry_over
@@ -31,7 +32,6 @@ from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.cloth.stability import Plan
 from flag_sim.cloth.start import bump
 from flag_sim.cloth.state import State
-from flag_sim.cloth.planned_solver import PlannedSolver
 from flag_sim.cloth.stepping import Stepping
 from flag_sim.parallel.thread_pool import ThreadPool
 from flag_sim.parameters import checks

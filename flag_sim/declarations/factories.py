@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 from flag_sim.cloth import Cloth
 from flag_sim.declarations.physics import AIR, GRID, MATERIAL, OPTIONS, STEPPING
-from flag_sim.declarations.renderer import CAMERA, LIGHT, STYLE, SURFACES
+from flag_sim.declarations.renderer import CAMERA, LIGHT, RENDERER, STYLE, SURFACES
 from flag_sim.declarations.scene import DIMENSIONS
 from flag_sim.drawing import Camera, Dimensions, Light, Materials, Style
 
@@ -66,7 +66,8 @@ class Look(NamedTuple):
     style: Style
 
 
-COLOURS = ('background', *(f'{thing}.color' for thing in SURFACES))
+COLOURS = tuple(declaration.name for declaration in RENDERER
+                if declaration.is_list and (declaration.low, declaration.high) == (0.0, 255.0))
 
 
 def look_of(values: Values) -> Look:

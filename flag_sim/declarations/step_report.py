@@ -17,7 +17,7 @@ from flag_sim.cloth.stability import Plan
 from flag_sim.protocol.hysteresis import Hysteresis
 from flag_sim.protocol.throttled_log import Entry
 
-CALM = 2.0
+CLEAR_AFTER = 2.0
 """How long softening or refining must be absent before it is reported over [simulated s]."""
 
 
@@ -30,9 +30,9 @@ class StepReport:
     """Compares every frame's plan with what is set, and reports what changes."""
 
     def __init__(self):
-        self._refined = Hysteresis(CALM)
-        self._softened = Hysteresis(CALM)
-        self._held = Hysteresis(CALM)
+        self._refined = Hysteresis(CLEAR_AFTER)
+        self._softened = Hysteresis(CLEAR_AFTER)
+        self._held = Hysteresis(CLEAR_AFTER)
 
     def update(self, plan: Plan, held: int, values: dict, dt: float) -> list[Entry]:
         """

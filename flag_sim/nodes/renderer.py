@@ -30,7 +30,7 @@ from flag_sim.ros.lifecycle import run
 from flag_sim.ros.topics import DEPTH, publish, publishers, subscribe
 import numpy as np
 
-GRACE = 1.0
+WIND_DISCOVERY_TIME = 1.0
 """
 How long after its start the renderer waits for a wind to be discovered [s].
 
@@ -71,7 +71,7 @@ class Renderer(FrameNode):
         self._frame_done_out = publish(self, 'frame_done')
         self._start = time.monotonic()
         subscribe(self, 'vertices', self._on_vertices)
-        self._grace = self.create_timer(GRACE, self._end_grace)
+        self._grace = self.create_timer(WIND_DISCOVERY_TIME, self._end_grace)
         self._publishers_timer = self.create_timer(POLL_PERIOD, self._look_for_publishers)
         self._had_several = False  # publishers of vertices, at the last look
         self._log.watch(self._missing, lambda: self._stopwatch.frames)
@@ -122,7 +122,8 @@ class Renderer(FrameNode):
 
     def _serve_alone(self, sender):
         """Draw what came without parameters, if there is nobody who could still send them."""
-        if time.monotonic() - self._start < GRACE or self.count_publishers('parameters'):
+        is_early = time.monotonic() - self._start < WIND_DISCOVERY_TIME
+        if is_early or self.count_publishers('parameters'):
             return
         for stamp in list(self._clouds):
             self.take_frame(FrameId(stamp, None, stamp, stamp), None, {}, sender)

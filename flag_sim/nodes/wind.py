@@ -18,7 +18,7 @@ import sys
 import time
 
 from flag_sim.animation.keys import values_at
-from flag_sim.animation.tracks import SAME
+from flag_sim.animation.tracks import TIME_TOLERANCE
 from flag_sim.animation.wind_source import WindSource
 from flag_sim.declarations.keyable import TARGETS
 from flag_sim.declarations.wind import WIND
@@ -235,7 +235,7 @@ class Wind(AnimationNode):
         A key at the frame's time gets exactly the frame's stamp, despite rounding.
         """
         for key, name in self.timeline.crossed(self._take.previous / 1e9, at / 1e9):
-            is_now = key >= at / 1e9 - SAME
+            is_now = key >= at / 1e9 - TIME_TOLERANCE
             self._keyframe_out.publish(messages.header(
                 self._take.clock.offset + (at if is_now else round(key * 1e9)), name))
 

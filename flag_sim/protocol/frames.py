@@ -127,7 +127,7 @@ class FrameOrder:
         """
         Return the next frame whose turn it is and that `is_ready`, or None.
 
-        The frame counts as served from here on, and earlier ones that no node waits for are dropped.
+        The frame counts as served from here on; earlier ones that no node waits for are dropped.
         """
         for index in sorted(self._waiting):
             frame = self._waiting[index]

@@ -16,7 +16,7 @@
 from collections import Counter
 from collections.abc import Collection
 
-BUSY = 0.5
+MIN_CPU_SHARE = 0.5
 """A sender that computed for less than this fraction of a delay did not cause it."""
 
 
@@ -46,7 +46,7 @@ class MissedFrames:
 
         computed: how much of this time the wind's process had a processor [s].
         """
-        self.frames['slow' if computed >= BUSY * seconds else 'busy'] += count
+        self.frames['slow' if computed >= MIN_CPU_SHARE * seconds else 'busy'] += count
 
     def report(self, rate: float, late: str, consumers: Collection[str]) -> str:
         """

@@ -27,10 +27,10 @@ import socket
 import struct
 import termios
 
-PATIENCE = 5.0
-"""For a receiver that has not read ten messages [s]; what is sent then is lost."""
-MOST_BYTES = 4096
-"""Of a message."""
+SEND_TIMEOUT = 5.0
+"""How long to wait for a receiver with ten unread messages [s]; then the message is dropped."""
+MAX_BYTES = 4096
+"""Length of a message."""
 
 
 class NotifySender:
@@ -54,7 +54,7 @@ class NotifySender:
         except OSError:
             sender.close()
             return
-        sender.settimeout(PATIENCE)
+        sender.settimeout(SEND_TIMEOUT)
         self._socket = sender
 
     @property
@@ -103,7 +103,7 @@ class NotifyReceiver:
         """Return the latest of every variable that was sent so far: {name: text}."""
         with contextlib.suppress(BlockingIOError):
             while True:
-                lines = self._socket.recv(MOST_BYTES).decode(errors='replace').splitlines()
+                lines = self._socket.recv(MAX_BYTES).decode(errors='replace').splitlines()
                 self._variables.update(line.split('=', 1) for line in lines if '=' in line)
         return self._variables
 

@@ -19,7 +19,7 @@ import enum
 
 from flag_sim.protocol.frames import Arrival, FrameId, FrameOrder
 
-REMEMBERED = 1024
+REMEMBERED_FRAMES = 1024
 """Number of latest frames whose copies are recognised."""
 TAKE_GAP = 100_000_000
 """Time in the bag between two takes [ns]."""
@@ -117,7 +117,7 @@ class Recording:
         if stamp in self._latest:
             self.copies += 1
             return Placement.ANSWER
-        if len(self._latest) == REMEMBERED and stamp < next(iter(self._latest)):
+        if len(self._latest) == REMEMBERED_FRAMES and stamp < next(iter(self._latest)):
             self.copies += 1
             return Placement.IGNORE
         if self.has_all_frames:
@@ -140,9 +140,9 @@ class Recording:
             return False
         del self._missing[stamp]
         self._latest[stamp] = None
-        if len(self._latest) > REMEMBERED:
+        if len(self._latest) > REMEMBERED_FRAMES:
             self._latest.popitem(last=False)
-        if len(self._missing) > REMEMBERED:
+        if len(self._missing) > REMEMBERED_FRAMES:
             del self._missing[min(self._missing)]
             self._lost += 1
         self.complete += 1

@@ -16,11 +16,11 @@
 import re
 from typing import NamedTuple
 
-PATIENCE = 2.0
+LOG_WAIT_AFTER = 2.0
 """How long a wait may last before it is logged [s]: while nodes start, frames come late."""
 WARN_EVERY = 5.0
 """How often a line with the same reason may be logged [s]."""
-MOST_REASONS = 8
+MAX_REASONS = 8
 """Different reasons logged within WARN_EVERY: a broken sender must not fill the log."""
 
 
@@ -45,7 +45,7 @@ class Refusals:
         """Return whether to log a reason at steady time `now` [s]; it then counts as logged."""
         reason = re.sub(r'[\d.]+', '', reason)
         self._logged = {r: at for r, at in self._logged.items() if now - at < WARN_EVERY}
-        if reason in self._logged or len(self._logged) >= MOST_REASONS:
+        if reason in self._logged or len(self._logged) >= MAX_REASONS:
             return False
         self._logged[reason] = now
         return True
@@ -54,7 +54,7 @@ class Refusals:
 class Waiting:
     """Logs what a node waits for once it has waited for `patience` [s], and when that ends."""
 
-    def __init__(self, patience: float = PATIENCE):
+    def __init__(self, patience: float = LOG_WAIT_AFTER):
         self._patience = patience
         self._since = None  # steady time at which the present wait began [s]
         self._served = 0

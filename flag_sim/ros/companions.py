@@ -26,7 +26,7 @@ from rclpy.qos import qos_profile_parameter_events
 
 POLL_PERIOD = 0.5
 """How often to check which nodes are there [s]."""
-ASK_AGAIN = 4
+CHECKS_PER_REQUEST = 4
 """After how many checks a node that has not answered is asked again."""
 COMPANIONS = ('physics', 'renderer')
 """Names of the nodes that are companions, in any namespace."""
@@ -71,7 +71,7 @@ class Companions:
                 self._asked.pop(name, None)
                 self._answered.discard(name)
         for name in self._found.keys() - self._answered:
-            if self._looks - self._asked.get(name, -ASK_AGAIN) >= ASK_AGAIN:
+            if self._looks - self._asked.get(name, -CHECKS_PER_REQUEST) >= CHECKS_PER_REQUEST:
                 self._ask(name)
 
     def _ask(self, node):

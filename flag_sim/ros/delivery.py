@@ -23,9 +23,9 @@ from flag_sim.ros.topics import publishers, subscribe
 from rclpy.exceptions import InvalidNodeNameException
 from rclpy.validate_node_name import validate_node_name
 
-WARN_AGAIN = 5.0
+WARNING_PERIOD = 5.0
 """How often a warning of the same frame is repeated [s]."""
-SILENT = ('wind', 'physics', 'player')
+WITHOUT_FRAME_DONE = ('wind', 'physics', 'player')
 """Nodes that send or pass on frames: none of them publishes `frame_done`."""
 
 
@@ -34,7 +34,7 @@ def check_delivery(values: Mapping) -> None:
     if values['pace'] == 'lockstep' and not values['wait_for']:
         raise ValueError('pace lockstep needs at least one node in wait_for')
     for name in values['wait_for']:
-        if name in SILENT:
+        if name in WITHOUT_FRAME_DONE:
             raise ValueError('wait_for must name nodes that send frame_done: renderer, recorder '
                              f'or your own; {name} sends none')
         try:
@@ -94,7 +94,7 @@ class Delivery(FramesInFlight):
     def _warn(self, stamp, late, now):
         """Warn of a frame that is waited for: of a new one at once, of the same now and then."""
         last, at = self._warned
-        if last == stamp and now - at < WARN_AGAIN:
+        if last == stamp and now - at < WARNING_PERIOD:
             return
         self._warned = stamp, now
         self._node.get_logger().warning(f'the frame at {stamp / 1e9:.3f} s is not done: waiting '

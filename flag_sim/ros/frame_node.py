@@ -104,7 +104,7 @@ class FrameNode(ParameterNode):
 
         Keyed values that are right one by one but cannot stand together, which the wind cannot
         know, are reported, and the frame gets the values of the one before: refused, it would be
-        sent again for ever in lockstep.
+        sent again forever in lockstep.
         """
         values = {**self.values, **keyed}
         self._clash = ''

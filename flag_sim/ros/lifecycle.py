@@ -180,7 +180,7 @@ def _future_of_signals():
     Return a future that SIGINT and SIGTERM set to 0; a second one ends the process at once.
 
     Python's handlers run only between two bytecodes of the main thread, which may wait inside
-    the middleware for ever; a byte on a socket reaches a thread of our own at any time.
+    the middleware forever; a byte on a socket reaches a thread of our own at any time.
     """
     stop = Future()
     reader, writer = _signal_sockets

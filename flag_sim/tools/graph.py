@@ -24,7 +24,7 @@ import time
 from flag_sim.protocol.notify import NotifyReceiver
 from flag_sim.tools.domains import claimed_domain
 
-GRACE = 10.0
+END_TIMEOUT = 10.0
 """How long a node may take to end [s]."""
 POLL_PERIOD = 0.1
 """How often to check whether a node has ended instead of becoming ready [s]."""
@@ -104,7 +104,7 @@ class Graph:
     def _wait_for_end(self, name):
         process = self.processes[name]
         try:
-            return process.wait(GRACE)
+            return process.wait(END_TIMEOUT)
         except subprocess.TimeoutExpired:
             process.kill()
             return process.wait()

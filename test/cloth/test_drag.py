@@ -16,10 +16,10 @@
 import math
 
 from flag_sim.cloth import Air, Material
+from flag_sim.cloth.drag import divisor, drag_factor, DRAG_LAWS, GREATEST_RATE
 from flag_sim.cloth.forces import Forcing
 from flag_sim.cloth.mesh import Mesh
 from flag_sim.cloth.model import Model
-from flag_sim.cloth.drag import divisor, DRAG_LAWS, drag_factor, GREATEST_RATE
 from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.cloth.stability import frequency_bound
 from flag_sim.cloth.state import State

@@ -18,10 +18,10 @@ import os
 
 from flag_sim.cloth import Air, Cloth, Diverged, Material, Stepping
 from flag_sim.cloth.divergence import MAX_SPEED
+from flag_sim.cloth.drag import DRAG_LAWS
 from flag_sim.cloth.energy import bending_energy, elastic_energy, kinetic_energy
 from flag_sim.cloth.mesh import PRECISIONS
 from flag_sim.cloth.model import Model
-from flag_sim.cloth.drag import DRAG_LAWS
 from flag_sim.cloth.solvers import SOLVERS
 import numpy as np
 import pytest

@@ -15,11 +15,11 @@
 """Forces against energies and conservation laws, and wind against its law."""
 import math
 
+from flag_sim.cloth.drag import DRAG_LAWS
 from flag_sim.cloth.energy import bending_energy, elastic_energy
 from flag_sim.cloth.material import Air, Material
 from flag_sim.cloth.mesh import Mesh, PRECISIONS
 from flag_sim.cloth.model import Model
-from flag_sim.cloth.drag import DRAG_LAWS
 import numpy as np
 import pytest
 from support.forces import crumpled, forces

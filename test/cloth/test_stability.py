@@ -162,7 +162,7 @@ def test_the_region_of_rk4_holds_the_half_disc_that_it_is_taken_for():
         z = radius * np.exp(1j * np.linspace(0.5, 1.5, 2001) * np.pi)
         return np.abs(sum(z**n / math.factorial(n) for n in range(5))).max()
 
-    assert growth(rk4.RADIUS) <= 1.0 < growth(1.05 * rk4.RADIUS)
+    assert growth(rk4.STABILITY_RADIUS) <= 1.0 < growth(1.05 * rk4.STABILITY_RADIUS)
 
 
 @pytest.mark.parametrize('solver', ['euler', 'seed'])

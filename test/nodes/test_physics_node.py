@@ -117,7 +117,7 @@ def test_an_invalid_keyed_value_is_refused_and_the_next_frame_served(bench, capf
     ({'pole.diameter': 9.0}, 'pole.diameter 9 m must be less than pole.height 9 m')], ids=str)
 def test_keyed_values_that_cannot_stand_together_are_left_out_and_frames_go_on(
         bench, capfd, keyed, rule):
-    """The frame is answered, or lockstep would send it for ever; said once, shown in `state`."""
+    """The frame is answered, or lockstep would send it forever; said once, shown in `state`."""
     wrong = {f'physics.{name}': value for name, value in keyed.items()}
     assert bench.frame(0.0, keyed=wrong) is not None
     for n in range(1, 6):

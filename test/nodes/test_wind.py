@@ -193,7 +193,7 @@ def test_frames_of_real_time_are_not_sent_again_by_lockstep(domain):
 @pytest.mark.parametrize('node', [Wind, Player])
 @pytest.mark.parametrize('name', ['wind', 'physics', 'player'])
 def test_who_never_says_frame_done_is_refused_at_the_start(domain, node, name):
-    """By the wind and the player alike, before the shot waits for ever."""
+    """By the wind and the player alike, before the shot waits forever."""
     with rclpy.init(domain_id=domain, args=['--ros-args', '-p', f'wait_for:=[renderer, {name}]']):
         with pytest.raises(BadParameter, match=f'recorder or your own; {name} sends none'):
             node()

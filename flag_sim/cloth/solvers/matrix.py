@@ -26,9 +26,9 @@ from typing import NamedTuple
 
 from flag_sim.cloth.aerodynamics import add_wind_forces, Wind
 from flag_sim.cloth.bending import add_bending_forces, set_moments
+from flag_sim.cloth.drag import drag_factor
 from flag_sim.cloth.forces import Coefficients, Work
 from flag_sim.cloth.mesh import LEAST_AREA2, LEAST_LENGTH2
-from flag_sim.cloth.drag import drag_factor
 from flag_sim.cloth.records import Band, Field, NEXT, Nodes, Sheet, Weights
 from flag_sim.cloth.springs import Springs
 from flag_sim.jit.kernels import inner_kernel

@@ -38,12 +38,11 @@ class StepFactors(NamedTuple):
 @wide_kernel
 def _move(nodes, nodes_out, tensions, moments, faces, sheet, factors, band):
     """
-    Sum the forces on each node (eq. 1.6) and move it; pins and ghosts have no inverse mass and do
-    not move.
+    Sum the forces on each node (eq. 1.6) and move it.
 
-    One loop, so that no force is written to memory and read again: this saves about 10 % of a step.
-    tensions, moments, faces: of Work; the last two None where they are not to be summed, for which
-    numba compiles a loop of its own.
+    Pins and ghosts have no inverse mass and do not move. One loop, so that no force is written to
+    memory and read again: this saves about 10 % of a step. tensions, moments, faces: of Work; the
+    last two None where they are not to be summed, for which numba compiles a loop of its own.
     """
     x, y, z = nodes.position
     vx, vy, vz = nodes.velocity

@@ -19,9 +19,9 @@ from typing import NamedTuple
 
 from flag_sim.cloth import Cloth
 from flag_sim.cloth.aerodynamics import add_wind_forces, set_face_forces
+from flag_sim.cloth.planned_solver import PlannedSolver
 from flag_sim.cloth.records import Nodes
 from flag_sim.cloth.solvers.symplectic import Symplectic
-from flag_sim.cloth.planned_solver import PlannedSolver
 from flag_sim.declarations.factories import hang_of
 from flag_sim.study.measures.reference import on_grid
 from flag_sim.study.measures.settings import changed, defaults, Settings
