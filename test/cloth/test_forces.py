@@ -91,7 +91,7 @@ def test_wind_is_the_pressure_on_each_face(mesh, law):
     """
     F = rho C_d / 2 A |u_n| u_n n, shared 1/2, 1/4, 1/4, against a plain loop over faces.
 
-    By the linear law 1 m/s stands for |u_n|; by the letter of 1.3 F is n (n . w).
+    By the linear law 1 m/s stands for |u_n|; by eq. 1.3 as published F is n (n . w).
     """
     model = Model(mesh, Material(0.2, 0.0, 0.0, 0.0, 0.0))
     positions, velocities = crumpled(mesh)

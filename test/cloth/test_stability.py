@@ -167,7 +167,7 @@ def test_the_region_of_rk4_holds_the_half_disc_that_it_is_taken_for():
 
 @pytest.mark.parametrize('solver', ['euler', 'seed'])
 def test_what_diverges_by_nature_is_held_and_goes_on(solver):
-    """Light cloth in a storm by the letter of 1.3: the message tells the bound and a way out."""
+    """Light cloth in a storm by eq. 1.3 as published: the message has the bound and a way out."""
     cloth = Cloth(5, 7, solver=solver, air=Air(law='seed'), stretch_limit=1e6,
                   material=Material(1e-6, damping=0.0), stepping=Stepping(substeps_limit=5))
     told = f'beyond .* solver {solver} .*; no step is stable for {solver}; symplectic is stable'

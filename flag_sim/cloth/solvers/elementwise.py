@@ -22,7 +22,7 @@ from flag_sim.jit.kernels import inner_kernel, wide_kernel
 import numpy as np
 
 SUM_FASTMATH = {'contract', 'reassoc'}
-"""fastmath flags of sums: LLVM may reorder them into vectors; the order is the same in every run."""
+"""fastmath flags of sums: LLVM may sum in vectors; the order is the same in every run."""
 
 
 @wide_kernel

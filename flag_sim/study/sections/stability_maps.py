@@ -224,8 +224,8 @@ stiffness.
 
 "Steps": the method alone takes {trial.STEPS} steps of a fixed length. It diverges where a node
 is not finite or {trial.ESCAPE_FACTOR:g} times farther away than wind and free fall can carry it.
-What diverges grows exponentially, so that another threshold hardly moves a border; growth as slow as
-euler's undamped waves needs more steps to be seen.
+What diverges grows exponentially, so that another threshold hardly moves a border; growth as slow
+as euler's undamped waves needs more steps to be seen.
 
 "Frames": what a user gets of {trial.FRAMES} frames or more, until they have {trial.STEPS}
 steps, with at most {Stepping().substeps_limit} steps a frame. Nothing diverges there: a frame
