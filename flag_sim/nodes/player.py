@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The player node, the recorder's twin: sends what a bag holds, by the clock or in lockstep."""
+"""The player node: publishes the messages of a bag, by the clock or in lockstep."""
 from collections.abc import Mapping, Sequence
 import sys
 import time
@@ -95,7 +95,7 @@ class Player(ParameterNode):
             return None
 
     def _arm(self, seconds):
-        """Look again after `seconds`."""
+        """Call `_on_timer` again after `seconds`."""
         if self._timer is not None:
             self.destroy_timer(self._timer)
         self._timer = self.create_timer(max(seconds, 0.0), self._on_timer)
@@ -152,7 +152,7 @@ class Player(ParameterNode):
             self._out[name].publish(as_oldest(data) if name == 'parameters' else data)
 
     def _give_up(self, now):
-        """Wait no longer for a frame that nobody can serve, as the bag lacks a part of it."""
+        """Stop waiting for a frame that no node can serve, because the bag lacks a part of it."""
         sent = self._delivery.oldest
         if sent is None or not sent.message.lost or (
                 now - sent.first_time <= self.values['resend_after']):

@@ -40,7 +40,7 @@ The last answer may be lost; then the wind asks again, and this time starts over
 
 
 def counted(number: int, noun: str, plural: str = '') -> str:
-    """Return a number of things in words."""
+    """Return a number with its noun, singular or plural."""
     return f'{number} {noun if number == 1 else plural or noun + "s"}'
 
 
@@ -129,7 +129,7 @@ class Recorder(ParameterNode):
         placement = self._recording.place(name, stamp)
         if placement is Placement.ANSWER:
             self._last_asked = time.monotonic()
-            self._say_done(stamp)  # it was not heard the first time
+            self._say_done(stamp)  # the first answer was lost
         if placement is not Placement.WRITE or self.ended.done():
             return
         try:

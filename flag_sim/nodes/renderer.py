@@ -46,7 +46,7 @@ A publisher that was killed remains visible for less than that.
 
 
 class Drawing:
-    """What a frame is drawn from, and the messages that were asked for so far."""
+    """What a frame is drawn from, and the messages made of it so far."""
 
     def __init__(self, cloud: tuple[np.ndarray, np.ndarray | None], look: Look):
         self.cloud = cloud
@@ -85,7 +85,7 @@ class Renderer(FrameNode):
             Picture().draw(square, None, *look_of(self.values))
 
     def check(self, values: Mapping) -> None:
-        """Raise ValueError for values of which no picture can be made."""
+        """Raise ValueError for values that together make no scene."""
         check_scene(values)
 
     # What arrives.
@@ -121,7 +121,7 @@ class Renderer(FrameNode):
             self._serve_alone(bytes(info['publisher_gid']['data']))
 
     def _serve_alone(self, sender):
-        """Draw what came without parameters, if there is nobody who could still send them."""
+        """Draw vertices without parameters, if no node could still send these."""
         is_early = time.monotonic() - self._start < WIND_DISCOVERY_TIME
         if is_early or self.count_publishers('parameters'):
             return
@@ -164,7 +164,7 @@ class Renderer(FrameNode):
     # The picture.
 
     def work(self, frame: FrameId, wind: np.ndarray, values: Mapping) -> Drawing:
-        """Return the frame's Drawing; it is drawn when somebody listens."""
+        """Return the frame's Drawing, drawn if it has subscribers."""
         if values != self._values:
             self._values, self._look = values, look_of(values)
         drawing = Drawing(self._clouds.take(frame.stamp), self._look)
@@ -177,10 +177,10 @@ class Renderer(FrameNode):
 
     def _draw(self, stamp, drawing):
         """
-        Make the messages that somebody listens to and that are not made yet.
+        Make the messages that have subscribers and are not made yet.
 
-        A frame is drawn once: who begins to listen to its depth when it is drawn without begins
-        with the next one.
+        A frame is drawn once: a subscriber to depth that comes after it was drawn without depth
+        gets the next one.
         """
         listened = self._listened()
         if 'camera_info' in listened and 'camera_info' not in drawing.messages:

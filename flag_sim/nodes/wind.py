@@ -57,7 +57,7 @@ class Wind(AnimationNode):
         self._missed = MissedFrames()
         # When _send_due last ran: steady time and process CPU time [s].
         self._last_look = time.monotonic(), time.process_time()
-        self._reset_since = None  # steady time at which a reset was asked for [s]
+        self._reset_since = None  # steady time at which a reset was requested [s]
         self._timer = None
         self._take = None
         self._begin_take()

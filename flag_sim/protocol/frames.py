@@ -40,9 +40,9 @@ class FrameId(NamedTuple):
 
 def next_take(take: int) -> int:
     """
-    Return the number of a new take after `take`; 0: after none.
+    Return the number of a new take that follows `take`, 0 for the first.
 
-    It is the wall clock's [ns], so that it is greater across restarts of the sender too, unless
+    It is the wall clock's time [ns], so that it also grows across restarts of the sender, unless
     that clock was set back meanwhile.
     """
     return max(take + 1, time.time_ns())
@@ -83,12 +83,12 @@ class FrameOrder:
 
     def arrive(self, frame: FrameId, sender: Hashable = None) -> Arrival:
         """
-        Take note of a frame and say what it is.
+        Note a frame that has arrived; return what it is.
 
-        sender: whatever tells one publisher from another, or None. A new publisher may play an
+        sender: identifies the publisher, or None. A new publisher may play an
         old take again (a bag that is played twice); the same publisher's older frames are copies
         or, where two that are far behind come in a row, the beginning of another round. One alone
-        decides nothing: a network that holds messages back brings such copies.
+        decides nothing: a network that delays messages delivers such copies.
         """
         changed = sender != self._sender
         self._sender = sender

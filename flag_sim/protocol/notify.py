@@ -59,7 +59,7 @@ class NotifySender:
 
     @property
     def is_connected(self) -> bool:
-        """Return whether somebody asked to be notified."""
+        """Return whether the process was started with a NOTIFY_SOCKET."""
         return self._socket is not None
 
     def send(self, **variables) -> None:

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The messages of a bag put together to frames by their stamps, whenever they were received."""
+"""The messages of a bag grouped into frames by their stamps, whenever they were received."""
 from collections.abc import Collection, Iterable, Iterator
 import dataclasses
 

@@ -70,10 +70,10 @@ class Recording:
 
     def follow(self, frame: FrameId, data: bytes, sender: Hashable) -> list[bytes]:
         """
-        Notice from a frame's serialised parameters when the shot begins anew.
+        Detect from a frame's serialised parameters whether another take begins.
 
-        Stamps that come then are no copies of the earlier ones. Returns the messages that are to
-        be recorded now: `data`, and what was held back before it.
+        The stamps of a new take are no copies of earlier ones. Return the messages to record now:
+        `data`, and what was held back before it.
         """
         if frame.take is None:
             return [data]
@@ -130,7 +130,7 @@ class Recording:
         return Placement.WRITE
 
     def time(self, stamp: int) -> int:
-        """Return when in the bag a message of the present take is, by its stamp [ns]: [ns]."""
+        """Return the time in the bag [ns] of a message of the current take with a stamp [ns]."""
         return stamp + self._offset
 
     def written(self, topic: str, stamp: int) -> bool:
@@ -149,7 +149,7 @@ class Recording:
         return True
 
     def lacking(self) -> tuple[int, set[str]] | None:
-        """Return (stamp [ns], missing topics) of the first frame after the last complete one."""
+        """Return (stamp [ns], missing topics) of the first incomplete frame after a complete one."""
         last = next(reversed(self._latest), -1)
         stamp = min((stamp for stamp in self._missing if stamp > last), default=None)
         return None if stamp is None or self.has_all_frames else (stamp, self._missing[stamp])

@@ -35,7 +35,7 @@ class Refusals:
     """
     Decides which refusals to log: a new reason at once, the same again only now and then.
 
-    Reasons that differ in their numbers alone are the same.
+    Reasons that differ only in their numbers count as the same.
     """
 
     def __init__(self):

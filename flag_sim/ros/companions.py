@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Companions: the nodes that play a wind's frames, and what their parameters are set to."""
+"""Companions: the physics and renderer nodes of a wind, and their parameters' values."""
 from collections.abc import Callable, Mapping
 import contextlib
 
@@ -36,8 +36,8 @@ class Companions:
     """
     Knows the parameters of every physics and renderer that subscribes to `parameters`.
 
-    Each is asked for them when it is found, in whichever namespace, and is heard on
-    /parameter_events from then on.
+    Each is asked for them when it is found, in any namespace; from then on its changes are
+    followed on /parameter_events.
 
     node: the wind. on_answer(name): called when a node, by its full name, has sent its values.
     on_change(changes): called with every change on a companion or the wind itself, as

@@ -46,10 +46,10 @@ def check_delivery(values: Mapping) -> None:
 
 class Delivery(FramesInFlight):
     """
-    The frames in flight of a node that sends frames and hears `frame_done`.
+    The frames in flight of a node that sends frames and subscribes to `frame_done`.
 
-    node: has the parameter resend_after. send_again(sent): sends a frame in flight once more.
-    on_done(): called when all have done a frame.
+    node: has the parameter resend_after. send_again(sent): sends a frame in flight again.
+    on_done(): called when a frame is done by all nodes in `wait_for`.
     """
 
     def __init__(self, node: ParameterNode, send_again: Callable[[Sent], None],
@@ -80,7 +80,7 @@ class Delivery(FramesInFlight):
             self._warn(sent.frame.stamp, late, now)
 
     def late_in_words(self, now: float) -> str:
-        """Return who has answered no frame for longer than `resend_after`, and why, or ''."""
+        """Return which nodes have answered no frame for `resend_after`, and why, or ''."""
         return ', '.join(map(self._with_state, self.late(now, self._node.values['resend_after'])))
 
     def _with_state(self, name):

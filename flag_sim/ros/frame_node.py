@@ -28,7 +28,7 @@ import numpy as np
 
 class FrameNode(ParameterNode):
     """
-    Serves frames in their order, and a frame that comes again with the answer that it kept.
+    Serves frames in order; a frame that comes again gets the answer that was kept.
 
     Derived nodes define `work`, which makes a frame's answer, and `answer`, which publishes it;
     `status` says how they are doing.
@@ -122,10 +122,10 @@ class FrameNode(ParameterNode):
     def take_frame(self, frame: FrameId, wind: np.ndarray | None, keyed: Mapping,
                    sender: Hashable) -> None:
         """
-        Put a frame where its turn will find it, and serve whatever can be served.
+        Queue a frame until its turn, and serve the frames whose turn has come.
 
         wind: (3,) [m/s]; keyed: {name: value} of the node's own parameters at this frame; sender:
-        whatever tells one publisher from another.
+        identifies the publisher.
         """
         arrival = self._order.arrive(frame, sender)
         if arrival is Arrival.AGAIN:
@@ -147,7 +147,7 @@ class FrameNode(ParameterNode):
         """Serve the frames whose turn it is."""
         while (frame := self._order.next_frame(self.is_ready)) is not None:
             wind, keyed = self._inputs.pop(frame)
-            # What a user sets meanwhile counts from this frame on; keys count before it.
+            # A value set by a user takes effect from this frame on, unless it is keyed.
             with self._stopwatch.measure('work'):
                 answer = self.work(frame, wind, self._merge(keyed))
             self._answers[frame.stamp] = frame.index, answer

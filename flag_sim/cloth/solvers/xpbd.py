@@ -112,7 +112,7 @@ def _sweep(position, sheet, bend, families, scratch, dt, band):
     Let all families act on both fields, inwards and outwards again, each time half as stiff.
 
     A sweep that went one way only would not be symmetric, and what is not symmetric can feed a
-    motion: folds that shiver, a flag that turns forever in calm air.
+    motion: folds that jitter, a flag that turns forever in calm air.
     """
     forced, free, lines, impulses = scratch.forced, scratch.free, scratch.lines, scratch.impulses
     inverse_mass = sheet.inverse_mass
