@@ -16,7 +16,7 @@
 What no node may do, whatever the forces: get too far from the hoist, or into the pole.
 
 Methods see to the pole in every step, and then to both together (see collision); here both are
-seen to between frames, also where somebody else has put the cloth, or changed what it may do.
+seen to between frames, also after a caller has placed the cloth or changed its limits.
 """
 from flag_sim.cloth.attachment import attach
 from flag_sim.cloth.collision import collide

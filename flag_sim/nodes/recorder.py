@@ -62,7 +62,7 @@ class Recorder(ParameterNode):
         self._bag = Bag(path, self.values['storage'], self.values['compression'])
         self._recording = Recording([name for name in self._topics if TOPICS[name].every_frame],
                                     self.values['frames'])
-        self._last_asked = 0.0  # steady time at which somebody last asked for a frame [s]
+        self._last_asked = 0.0  # steady time at which a frame was last requested again [s]
         self._log = NodeLog(self)
         self._frame_done_out = publish(self, 'frame_done')
         for name in self._topics:

@@ -143,7 +143,7 @@ class Renderer(FrameNode):
             senders = publishers(self, 'vertices')
             return (f'{frame}: {senders} has not sent them, its log says why' if senders else
                     f'{frame}: nobody publishes them, is physics running?')
-        # A single cloud may be a late copy; nobody plays that.
+        # A single cloud may be a late copy, for which no parameters come.
         senders = publishers(self, 'parameters')
         if len(self._clouds) > 1 and senders:  # without any, the next one is drawn alone
             return (f'parameters of the frame at {min(self._clouds) / 1e9:.3f} s, whose vertices '

@@ -39,7 +39,7 @@ def new_barrier(bands: int) -> np.ndarray:
 
 
 def release(barrier: np.ndarray):
-    """Let all threads through from now on: somebody will not come. Their results are void."""
+    """Let all threads through from now on, as one will not come; their results are void."""
     barrier[IS_RELEASED] = 1
 
 

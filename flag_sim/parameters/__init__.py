@@ -17,6 +17,6 @@ The machinery of parameters: how one is declared, checked, and written to a para
 
 declaration   one parameter: name, default, unit, range, choices, effect
 declared      declarations beside the fields of dataclasses, and groups of them for nodes
-checks        refusal of other bad values                closed   of attributes that nobody reads
+checks        refusal of other bad values                closed   of unknown attributes
 arguments     types of what commands take                params_file
 """

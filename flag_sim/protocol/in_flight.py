@@ -104,7 +104,7 @@ class FramesInFlight:
         Return the oldest frame if it is to be sent again now, or None; it then counts as sent.
 
         That is when it last left more than `after` [s] ago, or FIRST_RESEND if that is less and
-        nobody has ever answered.
+        no node has ever answered.
         """
         sent = self.overdue(now, after if self.answered else min(FIRST_RESEND, after))
         if sent is not None:
@@ -130,7 +130,7 @@ class FramesInFlight:
         """
         Give up the oldest frames until fewer than `window` are in flight; return their number.
 
-        Frames that are given up while nobody has ever answered are not counted.
+        Frames that are given up while no node has ever answered are not counted.
         """
         surplus = max(len(self) - window + 1, 0)
         for _ in range(surplus):

@@ -52,8 +52,8 @@ class MissedFrames:
         """
         Return a warning of the frames that were missed since the last one, '' if there are none.
 
-        rate: of the frames [Hz]; late: the nodes that the wind waits for now, in words, or ''; consumers:
-        the names of all nodes in `wait_for`.
+        rate: of the frames [Hz]; late: the nodes that the wind waits for now, in words, or '';
+        consumers: the names of all nodes in `wait_for`.
         """
         new, self._reported = self.frames - self._reported, self.frames.copy()
         missed = self._missed(new)

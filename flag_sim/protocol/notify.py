@@ -13,10 +13,10 @@
 # limitations under the License.
 
 """
-What a process tells whoever started it: that it is ready, how far it is, and that it ends.
+sd_notify messages: a process tells its parent that it is ready, its progress, and its end.
 
 By the protocol of systemd, sd_notify(3): a datagram of lines NAME=value to the socket that the
-environment variable NOTIFY_SOCKET names. So nobody has to read a log's wording for it.
+environment variable NOTIFY_SOCKET names. So no log has to be parsed for it.
 """
 import contextlib
 import fcntl
@@ -35,10 +35,10 @@ MAX_BYTES = 4096
 
 class NotifySender:
     """
-    The end in the process that was started; `is_connected` tells whether anybody listens.
+    The end in the process that was started; `is_connected` tells whether its parent listens.
 
-    Variables are those of sd_notify(3), or named X_FLAG_SIM_... A receiver that is gone hinders
-    nobody.
+    Variables are those of sd_notify(3), or named X_FLAG_SIM_... A receiver that is gone is
+    ignored.
     """
 
     def __init__(self):

@@ -31,7 +31,7 @@ class Placement(enum.Enum):
     """What becomes of a message that has arrived."""
 
     WRITE = enum.auto()   # it is written into the bag
-    ANSWER = enum.auto()  # its frame is complete: somebody has not heard that it is done
+    ANSWER = enum.auto()  # its frame is complete, but the sender has not received that
     IGNORE = enum.auto()  # it is a copy, or comes after the end
 
 

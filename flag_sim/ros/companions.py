@@ -107,7 +107,7 @@ class Companions:
             try:
                 value = parameter_value_to_python(parameter.value)
             except RuntimeError:
-                continue  # a value of a type that ROS does not know, which anybody can publish
+                continue  # a value of a type that ROS does not know
             if declaration is not None:
                 old = known.get(declaration.name, declaration.default)
                 changes.append((kind, declaration.name, value, old))
@@ -136,7 +136,7 @@ class Companions:
 
 
 def _keep(known, declaration, value):
-    """Note a value that the parameter could have; anybody's node can have such a name."""
+    """Note a value if the parameter can have it; a foreign node may have the same name."""
     with contextlib.suppress(ValueError):
         known[declaration.name] = declaration.accept(value)
 

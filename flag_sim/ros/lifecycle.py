@@ -136,7 +136,7 @@ def _as_variables(figures):
 
 
 def _notify_figures(node, notify):
-    """Send whoever started the node, while it runs, how many frames it has served."""
+    """Send the parent process, while the node runs, how many frames it has served."""
     if not notify.is_connected:
         return
     sent = {}

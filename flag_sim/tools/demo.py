@@ -87,7 +87,7 @@ def play(shot: Path, frames: int, out: Path) -> tuple[bool, dict[str, str]]:
         progress.look(int(told.get('X_FLAG_SIM_FRAMES', 0)), time.monotonic())
         progress.bar.close()
         is_whole = wind.poll() == 0 and recorder.poll() == 0
-        # Whoever failed knows why; where nobody did, any node may.
+        # The logs of the nodes that failed say why; if none failed, any log may.
         for name in graph.failed() or ([] if is_whole else graph.processes):
             print(f'--- {name} said:\n{graph.log(name)}', file=sys.stderr)
         return is_whole, told
