@@ -167,7 +167,7 @@ class Recorder(ParameterNode):
         name = min(missing, key=self._topics.index)
         senders = publishers(self, name)
         return f'{name} of the frame at {stamp / 1e9:.3f} s: ' + (
-            f'{senders} has not sent it, its log says why' if senders else 'nobody publishes it')
+            f'{senders} has not sent it, its log says why' if senders else 'no node publishes it')
 
     def close(self) -> bool:
         """Close the bag and say what is in it; return whether that could not be done."""

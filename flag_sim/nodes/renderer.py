@@ -142,7 +142,7 @@ class Renderer(FrameNode):
             frame = f'vertices of the frame at {min(lacking) / 1e9:.3f} s'
             senders = publishers(self, 'vertices')
             return (f'{frame}: {senders} has not sent them, its log says why' if senders else
-                    f'{frame}: nobody publishes them, is physics running?')
+                    f'{frame}: no node publishes them, is physics running?')
         # A single cloud may be a late copy, for which no parameters come.
         senders = publishers(self, 'parameters')
         if len(self._clouds) > 1 and senders:  # without any, the next one is drawn alone

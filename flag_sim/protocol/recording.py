@@ -149,7 +149,7 @@ class Recording:
         return True
 
     def lacking(self) -> tuple[int, set[str]] | None:
-        """Return (stamp [ns], missing topics) of the first incomplete frame after a complete one."""
+        """Return (stamp [ns], missing topics) of the first frame after the last complete one."""
         last = next(reversed(self._latest), -1)
         stamp = min((stamp for stamp in self._missing if stamp > last), default=None)
         return None if stamp is None or self.has_all_frames else (stamp, self._missing[stamp])

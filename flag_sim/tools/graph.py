@@ -38,8 +38,8 @@ class Graph:
     """
     Nodes of this package, each a process, on this host alone and in a ROS domain of their own.
 
-    logs: folder for one log file a node. domain: one that the caller has claimed; None claims one on
-    entering the `with` block. The processes are ended, by their ids, on leaving it.
+    logs: folder for one log file a node. domain: one that the caller has claimed; None claims one
+    on entering the `with` block. The processes are ended, by their ids, on leaving it.
     """
 
     def __init__(self, logs: str | Path, domain: int | None = None):

@@ -179,7 +179,7 @@ def test_invalid_stamps_are_refused(domain, given, reason):
 
 
 def test_frames_of_real_time_are_not_sent_again_by_lockstep(domain):
-    """Their receivers were told that nobody is owed them: they would begin another round."""
+    """Their receivers were told that no node waits for them: they would begin another round."""
     with Bench(domain, 'resend_after:=0.05') as bench:
         for _ in range(3):
             bench.node._send_due(time.monotonic())
