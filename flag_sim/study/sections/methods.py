@@ -121,8 +121,8 @@ stable, and up to four times as many or {SHOWN}, in {len(next(iter(groups.values
 for one thing: x = x0 + v (eq. 1.10) keeps the velocity in metres **per step**, and the forces that
 depend on velocity, the dashpots and the relative wind, are given this number where metres per
 second are meant. At n steps a frame they are therefore 30 n times too weak, whatever the step. So
-the error of `seed` does not vanish with the step, as symplectic's does: it goes to a motion without
-dashpots and without the drag of the cloth's own speed. RMS mm after
+the error of `seed` does not vanish with the step, as symplectic's does: it goes to a motion
+without dashpots and without the drag of the cloth's own speed. RMS mm after
 {long_ms:.0f} ms:
 
 {table(['steps a frame', 'seed', 'symplectic', 'symplectic without dashpots'], seed)}
