@@ -168,7 +168,7 @@ def test_the_shot_ends_before_its_stamps_do(domain, capfd):
 @pytest.mark.parametrize('given, reason', [
     (['stamp.clock:=wall', 'stamp.start:=5.0'], 'stamp.start 5 s is only for stamp.clock simu'),
     (['stamp.clock:=gps'], "one of simulation, wall, not 'gps'"),
-    (['stamp.start:=-1.0'], 'from 0 to 2e+09')])
+    (['stamp.start:=-1.0'], 'from 0 to 2.0e+09')])
 def test_invalid_stamps_are_refused(domain, given, reason):
     """With the rule."""
     with pytest.raises(BadParameter) as refusal:
