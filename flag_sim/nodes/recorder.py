@@ -33,14 +33,14 @@ from rclpy.serialization import deserialize_message
 
 LINGER = 3.0
 """
-How long a recorder that has all its frames goes on answering while the wind is there [s].
+How long a complete recording keeps answering while the wind is there [s].
 
-Its last answer may be lost; then the wind asks again, and this time begins anew.
+The last answer may be lost; then the wind asks again, and this time starts over.
 """
 
 
 def counted(number: int, noun: str, plural: str = '') -> str:
-    """Return a number of things in words."""
+    """Return a number with its noun, singular or plural."""
     return f'{number} {noun if number == 1 else plural or noun + "s"}'
 
 
@@ -63,7 +63,7 @@ class Recorder(ParameterNode):
         self._recording = Recording([name for name in self._topics if TOPICS[name].every_frame],
                                     self.values['frames'])
         self._end_timer = None  # looks whether a recording that is full has been heard
-        self._last_asked = 0.0  # steady time at which somebody last asked for a frame [s]
+        self._last_asked = 0.0  # steady time at which a frame was last requested again [s]
         self._log = NodeLog(self)
         self._frame_done_out = publish(self, 'frame_done')
         for name in self._topics:
@@ -164,7 +164,7 @@ class Recorder(ParameterNode):
             self._frame_done_out.publish(messages.header(stamp, self.get_name()))
 
     def _end_if_full(self):
-        if self._recording.is_full and self._end_timer is None:
+        if self._recording.has_all_frames and self._end_timer is None:
             self._last_asked = time.monotonic()
             self._end_timer = self.create_timer(0.1, self._end_when_heard)
 
@@ -172,7 +172,7 @@ class Recorder(ParameterNode):
         heard = (not self.count_publishers('parameters')
                  or time.monotonic() - self._last_asked > LINGER)
         # A take that has begun meanwhile is recorded too.
-        if self._recording.is_full and heard and not self.ended.done():
+        if self._recording.has_all_frames and heard and not self.ended.done():
             self.ended.set_result(0)
 
     def _lacking(self):
@@ -183,12 +183,12 @@ class Recorder(ParameterNode):
             if not outstanding or self.count_publishers('parameters'):
                 return ''
             return (f'{outstanding} of {counted(self.values["frames"], "frame")} of a take: '
-                    'nobody publishes parameters any more; begin the shot again, or end this')
+                    'no node publishes parameters any more; begin the shot again, or end this')
         stamp, missing = lacking
         name = min(missing, key=self._topics.index)
         senders = publishers(self, name)
         return f'{name} of the frame at {stamp / 1e9:.3f} s: ' + (
-            f'{senders} has not sent it, its log says why' if senders else 'nobody publishes it')
+            f'{senders} has not sent it, its log says why' if senders else 'no node publishes it')
 
     def close(self) -> bool:
         """Close the bag and say what is in it; return whether that could not be done."""

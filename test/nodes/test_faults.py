@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Nodes that are killed, strangers and resets in the middle of a shot: it ends, or says who waits."""
+"""Nodes killed, strangers and resets in mid-shot: it ends, or a log says who is waited for."""
 from flag_sim.ros import messages
 from flag_sim.tools.graph import Graph
 import pytest
@@ -23,7 +23,7 @@ from support.watch import eventually, Watcher
 
 FRAMES = 150
 WHOLE = [round(n * 1e9 / 30.0) for n in range(FRAMES)]
-NOBODY = f'of {FRAMES} frames of a take: nobody publishes parameters any more'
+ENDED = f'of {FRAMES} frames of a take: no node publishes parameters any more'
 
 
 class Shot:
@@ -69,7 +69,7 @@ def test_a_node_that_is_killed_in_lockstep_and_started_again_holds_up_nobody(
         shot.start(name, 1)
         assert graph.wait('wind', 90.0) == 0, graph.log('wind')
         if name == 'recorder':
-            eventually(lambda: NOBODY in graph.log('recorder'), watcher)
+            eventually(lambda: ENDED in graph.log('recorder'), watcher)
             assert graph.end('recorder') == 0
             assert shot.stamps(1)[-1] == WHOLE[-1]
         else:
@@ -93,7 +93,7 @@ def test_a_node_that_is_killed_in_real_time_and_started_again_is_served_again(
         eventually(lambda: len(done) > heard + 10, watcher)
         assert graph.end('wind') == 0
         eventually(lambda: graph.processes['recorder'].poll() == 0
-                   or NOBODY in graph.log('recorder'), watcher)
+                   or ENDED in graph.log('recorder'), watcher)
 
 
 def test_strangers_steps_and_resets_in_mid_shot_leave_a_whole_take(tmp_path, domain):

@@ -26,7 +26,7 @@ from flag_sim.protocol.serving import FrameServer, Handlers
 from flag_sim.protocol.stamp_buffer import StampBuffer
 from flag_sim.protocol.take import Take
 from hypothesis import settings, strategies as st
-from hypothesis.stateful import RuleBasedStateMachine, initialize, rule
+from hypothesis.stateful import initialize, rule, RuleBasedStateMachine
 import pytest
 
 FRAMES = 12
@@ -234,8 +234,8 @@ class Stage:
         self.heal()
         self.run(FRAMES * 4 * RESEND_AFTER + 20.0)
         # A recorder with which a stranger's frames count has ended before; the wind says so.
-        oldest, is_full = self.wind.in_flight.oldest, self.recorder.recording.is_full
-        assert self.wind.is_over or (is_full and oldest.waiting_for == {'recorder'}), oldest
+        oldest, has_all_frames = self.wind.in_flight.oldest, self.recorder.recording.has_all_frames
+        assert self.wind.is_over or (has_all_frames and oldest.waiting_for == {'recorder'}), oldest
         for served in (self.physics.server, self.renderer.server):
             assert len(served) <= served.order.LONGEST_QUEUE
             assert len(served.inputs) <= served.order.LONGEST_QUEUE + 1
@@ -331,7 +331,7 @@ class Trouble(RuleBasedStateMachine):
             assert not self.is_plain or (
                 self.stage.wind.is_over and recording.in_take == recording.complete == FRAMES)
             # What is missing after the shot is told.
-            assert recording.is_full or recording.outstanding or not recording.complete
+            assert recording.has_all_frames or recording.outstanding or not recording.complete
 
 
 Trouble.TestCase.settings = settings(max_examples=60, stateful_step_count=15, deadline=None)
@@ -348,7 +348,7 @@ def test_a_node_that_is_killed_and_started_again_holds_up_no_take(name, when):
     stage.restart(name)
     stage.assert_ends()
     is_whole = name != 'recorder' or when == 0.0
-    assert stage.recorder.recording.is_full == is_whole
+    assert stage.recorder.recording.has_all_frames == is_whole
     if not is_whole and when < 60.0:
         assert stage.recorder.recording.outstanding > 0  # which its log tells
 
