@@ -103,11 +103,11 @@ setup(
             'ros-kilted-rosgraph-msgs>=2.3,<2.4',
             'ros-kilted-sensor-msgs>=5.5,<5.6',
             'ros-kilted-std-msgs>=5.5,<5.6',
-            'pyyaml>=6,<7',
+            'pyyaml>=6.0.1,<7',  # 6.0 has no wheel for 3.12, nor can it be built
         ],
         'record': ['rosbags>=0.11,<0.12'],
         'pictures': ['pillow>=10.2,<14', 'tqdm>=4.66,<5'],
-        'study': ['matplotlib>=3.6,<4', 'pyyaml>=6,<7'],
+        'study': ['matplotlib>=3.6,<4', 'pyyaml>=6.0.1,<7'],
         # The linters are ROS's own, with the plugins that their package.xml files ask for.
         'test': [
             'pytest>=7.4,<10',
