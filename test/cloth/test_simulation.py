@@ -335,7 +335,7 @@ def test_a_frame_costs_little_beyond_its_steps():
                                  lambda cloth: pickle.loads(pickle.dumps(cloth))])
 @pytest.mark.parametrize('parameters', [
     {}, {'solver': 'implicit', 'precision': 'float32', 'threads': 1},
-    {'threads': 2, 'pole': (0.0, 0.0, 0.05), 'stepping': Stepping(max_substeps=1)}], ids=str)
+    {'threads': 2, 'pole': (0.0, 0.0, 0.05), 'stepping': Stepping(substeps_limit=1)}], ids=str)
 def test_a_copy_goes_on_equally_and_alone(way, parameters):
     """To the bit, by any way of copying; what one does is nothing to the other."""
     cloth = Cloth(5, 7, **parameters)

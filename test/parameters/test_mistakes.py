@@ -196,7 +196,8 @@ def test_no_animation_is_made_of_what_cannot_be_played(make, said):
 
 
 @pytest.mark.parametrize('value, words', [
-    ('ab', "'ab'"), (np.zeros(2), 'array([0., 0.])'), (10**5000, 'a value of class int')])
+    ('ab', "'ab'"), (np.zeros(2), 'array([0., 0.])'), (10**5000, 'a value of class int')],
+    ids=['text', 'array', 'digits'])
 def test_a_short_value_is_shown_as_it_is(value, words):
     """Or by its class, where Python itself does not show it."""
     assert checks.shown(value) == words
