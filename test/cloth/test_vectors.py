@@ -69,7 +69,7 @@ def loops(precision):
         (aerodynamics.set_face_forces, nodes, c.wind, one, weights, work.faces),
         (aerodynamics._add_along, work.faces[0], work.faces[3], f[0]),
         (symplectic._move, nodes, out, work.tensions, work.moments, work.faces, case.sheet,
-         symplectic.Update(one, one, one)),
+         symplectic.StepFactors(one, one, one)),
         (euler._update, nodes, f, w, out, one, one),
         (seed._update, nodes, f, w, out, one, one),
         (verlet._drift, nodes, a, out, one, one),
