@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Tracks: one keyed value through time (the source text's keys and key frames, 1.5).
+Tracks: one keyed value through time (the source text's key frames, sec. 1.5).
 
 What Blender calls an F-curve and glTF an animation sampler: keys, a law of interpolation for each
 segment between two of them, and constant extrapolation outside.
@@ -23,6 +23,7 @@ from collections.abc import Iterable, Sequence
 import copy
 import itertools
 import math
+import numbers
 
 from flag_sim.animation.laws import LAWS, monotone_slopes, STEPPED
 from flag_sim.parameters import checks
@@ -30,11 +31,11 @@ from flag_sim.parameters.closed import constant
 import numpy as np
 
 TURN = 2.0 * math.pi
-AS_TYPED = 1e-3  # by how much an angle that is typed with three decimals may miss [rad]
-HALF_TURN = 0.5 * TURN + AS_TYPED
-LONGEST = 1e9  # from 0 to a key [s]: thirty years
+TYPING_TOLERANCE = 1e-3  # by how much an angle that is typed with three decimals may miss [rad]
+HALF_TURN = 0.5 * TURN + TYPING_TOLERANCE
+LATEST_KEY = 1e9  # greatest distance of a key from time 0 [s]: thirty years
 
-SAME = 2e-9
+TIME_TOLERANCE = 2e-9
 """
 A key that is no more than this [s] after a moment is at that moment.
 
@@ -42,7 +43,7 @@ Stamps are whole nanoseconds: a frame at n / 30 s may be stamped half a nanoseco
 that is at n / 30 s. After a month, float64 adds as much to times and to the rounds of a loop.
 """
 
-SHORTEST = 1e-9  # between two keys [s]: what stamps tell apart
+LEAST_KEY_SPACING = 1e-9  # between two keys [s]: the resolution of stamps
 
 
 @constant
@@ -50,7 +51,7 @@ class Track:
     """
     The keys of one value.
 
-    times: (n,) [s], strictly increasing by a nanosecond at least, of at most LONGEST; n >= 1.
+    times: (n,) [s], strictly increasing by a nanosecond at least, of at most LATEST_KEY; n >= 1.
     values: (n,) numbers, booleans or strings, or (n, k) numbers: a vector a key.
     laws: (n,) names out of `laws.LAWS`, each for the segment that its key begins; the last one
     only matters to a key that is appended later. Omitted laws are `linear`, or `step` where the
@@ -63,17 +64,19 @@ class Track:
     def __init__(self, times: Iterable[float], values: Iterable,
                  laws: Iterable[str] | None = None, is_angle: bool = False,
                  turns: bool = False):
-        self.times = [_time(time) for time in _listed('times', times)]
-        self.values = _listed('values', values)
+        self.times = [_time(time) for time in checks.listed('times', times)]
+        self.values = [_plain(value) for value in checks.listed('values', values)]
         self.is_angle = checks.boolean('is_angle', is_angle)
         self.turns = checks.boolean('turns', turns)
         is_stepped = any(isinstance(value, STEPPED) for value in self.values)
-        laws = [] if laws is None else _listed('laws', laws)
+        laws = [] if laws is None else checks.listed('laws', laws)
         self.laws = laws or ['step' if is_stepped else 'linear'] * len(self.times)
         self._check(is_stepped)
         self._path = self.values
         if not is_stepped:
             self._path = _numbers(self.values)
+            checks.require(self._path.ndim == 1 or not is_angle, 'values',
+                           'single numbers where is_angle', self.values)
             if is_angle and not turns:
                 self._path = short_way(self._path)
             self._path = self._path.tolist()  # plain numbers are faster one by one
@@ -89,16 +92,18 @@ class Track:
         for earlier, later in zip(self.times, self.times[1:]):
             if later <= earlier:
                 raise ValueError(f'times must increase strictly; {later} follows {earlier}')
-            if later - earlier < SHORTEST:
-                raise ValueError(f'times must be at least {SHORTEST:g} s apart; {later} follows '
-                                 f'{earlier}')
+            if later - earlier < LEAST_KEY_SPACING:
+                raise ValueError(f'times must be at least {LEAST_KEY_SPACING:g} s apart; {later} '
+                                 f'follows {earlier}')
         for law in self.laws:
-            if law not in LAWS:
-                raise ValueError(f"law '{law}' is not one of {', '.join(LAWS)}")
+            if not isinstance(law, str) or law not in LAWS:
+                raise ValueError(f"law {checks.shown(law)} is not one of {', '.join(LAWS)}")
             if is_stepped and law != 'step':
                 raise ValueError(f"law '{law}' cannot lead between texts or booleans; use step")
         if len({isinstance(value, STEPPED) and type(value) for value in self.values}) > 1:
-            raise ValueError(f'values must be of one type: {self.values}')
+            raise ValueError(f'values must be of one type: {checks.shown(self.values)}')
+        checks.require(not (is_stepped and self.is_angle), 'values', 'numbers where is_angle',
+                       self.values)
 
     def _cubic_slopes(self):
         """
@@ -126,7 +131,8 @@ class Track:
 
         Where the value at the end is that at the begin, cubic segments are smooth over the seam.
         """
-        at_begin, at_end = self.times[0] - begin <= SAME, end - self.times[-1] <= SAME
+        at_begin = self.times[0] - begin <= TIME_TOLERANCE
+        at_end = end - self.times[-1] <= TIME_TOLERANCE
         into, out = self.laws[-2:-1] == ['cubic'], self.laws[0] == 'cubic'
         is_seam = (at_begin or at_end) and (out or not at_begin) and (into or not at_end)
         if not (is_seam and self._slopes and self._ends_meet()):
@@ -148,7 +154,7 @@ class Track:
     def _ends_meet(self):
         apart = np.subtract(self._path[-1], self._path[0])
         if self.is_angle:
-            return np.all(np.abs(apart - TURN * np.round(apart / TURN)) <= AS_TYPED)
+            return np.all(np.abs(apart - TURN * np.round(apart / TURN)) <= TYPING_TOLERANCE)
         return not np.any(apart)
 
     def _set_slope(self, k, end, slope):
@@ -165,7 +171,7 @@ class Track:
         """
         if not self.is_angle or self.turns:
             return []
-        far = np.abs(np.diff(self.values)) >= HALF_TURN - 2.0 * AS_TYPED
+        far = np.abs(np.diff(self.values)) >= HALF_TURN - 2.0 * TYPING_TOLERANCE
         return [int(k) for k in np.flatnonzero(far) if self.laws[k] != 'step']
 
     def step_from(self, k: int) -> float:
@@ -178,9 +184,8 @@ class Track:
 
         At a key it is exactly the key's value; a vector comes as a list (k,).
         """
-        if not math.isfinite(time):
-            raise ValueError(f'time must be finite, not {time}')
-        k = bisect.bisect_right(self.times, time + SAME) - 1
+        time = checks.moment('time', time)
+        k = bisect.bisect_right(self.times, time + TIME_TOLERANCE) - 1
         if k < 0 or k == len(self.times) - 1 or time <= self.times[k]:
             return self.values[max(k, 0)]
         if self.laws[k] == 'step':
@@ -205,40 +210,44 @@ def short_way(angles: Sequence[float]) -> np.ndarray:
     return angles - TURN * np.concatenate([[0.0], np.cumsum(np.sign(steps) * turns)])
 
 
-def _listed(name, values):
-    """Return values as a list; raise ValueError for what is not one, such as a text."""
-    if isinstance(values, (str, bytes, dict)) or not hasattr(values, '__iter__'):
-        raise ValueError(f'{name} must be a list, not {values!r}')
-    return list(values)
-
-
 def _time(time):
     if isinstance(time, (bool, str, bytes)):
-        raise ValueError(f'times must be numbers, not {time!r}')
+        raise ValueError(f'times must be numbers, not {checks.shown(time)}')
     try:
         number = float(time) + 0.0  # which makes 0 of -0
     except (TypeError, ValueError, OverflowError):
-        raise ValueError(f'times must be numbers, not {time!r}') from None
+        raise ValueError(f'times must be numbers, not {checks.shown(time)}') from None
     if not math.isfinite(number):
         raise ValueError(f'times must be finite, not {number}')
-    if abs(number) > LONGEST:
-        raise ValueError(f'times must be from {-LONGEST:g} to {LONGEST:g} s, not {number}')
+    if abs(number) > LATEST_KEY:
+        raise ValueError(f'times must be from {-LATEST_KEY:g} to {LATEST_KEY:g} s, not {number}')
     return number
+
+
+def _plain(value):
+    """Return a value, or an array, of numpy as Python's own; any other as it is."""
+    return value.tolist() if isinstance(value, (np.generic, np.ndarray)) else value
 
 
 def _numbers(values):
     """Return values as an array (n,) or (n, k); raise ValueError where they are no numbers."""
     try:
-        numbers = np.array(values, float)
+        for value in values:
+            for one in value if isinstance(value, (list, tuple)) else [value]:
+                if not isinstance(one, numbers.Real) or isinstance(one, bool):
+                    raise TypeError
+        array = np.array(values, float)
+        if not array.size:
+            raise ValueError
     except (TypeError, ValueError, OverflowError):
         raise ValueError('values must be numbers, or vectors of one length, not '
-                         f'{values}') from None
-    bad = numbers[~(np.abs(numbers) <= checks.LARGEST)]
+                         f'{checks.shown(values)}') from None
+    bad = array[~(np.abs(array) <= checks.LARGEST)]
     if bad.size and np.isfinite(bad[0]):
         raise ValueError(f'values must be at most {checks.LARGEST:g} in size, not {bad[0]}')
     if bad.size:
         raise ValueError(f'values must be finite, not {bad[0]}')
-    return numbers
+    return array
 
 
 def _between(law, fraction, before, after, slopes):

@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """The cloth as its users meet it: parameters outside, a state inside, frame by frame."""
+import copy
 import functools
 
 from flag_sim.cloth.constraints import constrain
@@ -24,6 +25,7 @@ from flag_sim.cloth.mesh import Grid, Mesh
 from flag_sim.cloth.model import Model
 from flag_sim.cloth.normals import node_normals
 from flag_sim.cloth.options import Options
+from flag_sim.cloth.planned_solver import PlannedSolver
 from flag_sim.cloth.pole import checked_pole, MAX_HOIST, relative_pole
 from flag_sim.cloth.records import Vector
 from flag_sim.cloth.resampling import carry_over
@@ -31,7 +33,6 @@ from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.cloth.stability import Plan
 from flag_sim.cloth.start import bump
 from flag_sim.cloth.state import State
-from flag_sim.cloth.stepper import Stepper
 from flag_sim.cloth.stepping import Stepping
 from flag_sim.parallel.thread_pool import ThreadPool
 from flag_sim.parameters import checks
@@ -89,10 +90,8 @@ class Cloth:
         self.air = _or_default(air, Air)
         self.gravity = gravity
         self.stepping = _or_default(stepping, Stepping)
-        self._pole = None
-        self.start_noise = start_noise
-        self.start_seed = start_seed
-        self._held = 0
+        self._pole, self._held = None, 0
+        self.start_noise, self.start_seed = start_noise, start_seed
         self._pool = ThreadPool(Options.accepted('threads', threads))
         self._solver_name = checks.choice('solver', solver, SOLVERS)
         self._put_on(Mesh(rows, columns, length, width, pinned, precision), hoist_top)
@@ -110,6 +109,10 @@ class Cloth:
                            'Greatest distance from flat at which the cloth starts [m].')
     start_seed = _setting('start_seed', Options.accepted,
                           'Which of all random bumps the cloth starts with.')
+
+    def __copy__(self) -> 'Cloth':
+        """Return a cloth of its own that goes on as this one would, as copy.deepcopy does."""
+        return copy.deepcopy(self)
 
     @property
     def mesh(self) -> Mesh:
@@ -135,7 +138,7 @@ class Cloth:
     @property
     def model(self) -> Model:
         """Return the material on the mesh as it is simulated: softened, where it had to be."""
-        return self._stepper.solver.model
+        return self._planned.solver.model
 
     @property
     def stretch_limit(self) -> float:
@@ -239,7 +242,7 @@ class Cloth:
         """
         dt = checks.finite('dt', dt, high=MAX_FRAME, above=0.0)
         wind = checks.vector('wind', wind, MAX_WIND)
-        steps = self._stepper.plan(dt, self.air, self.stepping)
+        steps = self._planned.plan(dt, self.air, self.stepping)
         self._last_good[...] = self._state.data
         try:
             self._step(steps.granted, dt / steps.granted, wind)
@@ -255,7 +258,7 @@ class Cloth:
         pole = relative_pole(self._pole, self._hoist_top)
         forcing = Forcing(wind, self.gravity, self.air, pole, self._stretch_limit)
         with self._pool.frame(count):
-            state = self._stepper.solver.advance(self._state, self._spare, forcing, step, count,
+            state = self._planned.solver.advance(self._state, self._spare, forcing, step, count,
                                                  self._pool)
         if state is not self._state:
             self._state, self._spare = self._spare, self._state
@@ -265,14 +268,14 @@ class Cloth:
         try:
             validate(self._state)
         except Diverged as broken:
-            hint = self._stepper.hint(self.solver, step, self.stepping.step_safety, self.air)
+            hint = self._planned.hint(self.solver, step, self.stepping.step_safety, self.air)
             raise Diverged(f'{broken} with solver {self.solver} in {count} steps of {step:.3g} s; '
                            f'the cloth is held where the frame began; {hint}') from None
 
     def _constrain(self):
         """Bring back what is in the pole or farther from the hoist than stretch_limit allows."""
         pole = relative_pole(self._pole, self._hoist_top)
-        contact = self._stepper.solver.contact
+        contact = self._planned.solver.contact
         constrain(self._state, self._spare, Limits.of(self._mesh, pole, self._stretch_limit),
                   contact)
         self._held = int(np.count_nonzero(contact.brought_back))
@@ -288,7 +291,7 @@ class Cloth:
 
     def _remodel(self, mesh, material, solver_name):
         """Take a mesh, a material and a method, once their solver is made: all three or none."""
-        self._stepper = Stepper(mesh, material, SOLVERS[solver_name])
+        self._planned = PlannedSolver(mesh, material, SOLVERS[solver_name])
         self._mesh, self._material, self._solver_name = mesh, material, solver_name
 
 

@@ -16,11 +16,11 @@
 The order of frames: each served once and in turn, whatever the network does to their messages.
 
 A frame is known by its take (one run of the shot), its index in it, and the oldest frame of the
-take that somebody may still be waiting for when it was sent. In lockstep the frames from `oldest`
-on are owed: they are served one after another, and one that was lost is waited for, because it
-is sent again. In real time nothing is owed (`oldest` is the frame itself) and gaps are passed.
+take that a node may still be waiting for when it was sent. In lockstep no frame from `oldest` on
+may be skipped: they are served one after another, and one that was lost is waited for, because it
+is sent again. In real time any frame may be skipped (`oldest` is the frame itself).
 
-A frame that is sent although its sender said before that nobody waits for it any more is played
+A frame that is sent although its sender said before that no node waits for it any more is played
 again: a looped bag is played in rounds, and no frame of a round is a copy of the round before.
 """
 from collections.abc import Callable, Hashable
@@ -40,9 +40,9 @@ class FrameId(NamedTuple):
 
 def next_take(take: int) -> int:
     """
-    Return the number of a new take after `take`; 0: after none.
+    Return the number of a new take that follows `take`, 0 for the first.
 
-    It is the wall clock's [ns], so that it is greater across restarts of the sender too, unless
+    It is the wall clock's time [ns], so that it also grows across restarts of the sender, unless
     that clock was set back meanwhile.
     """
     return max(take + 1, time.time_ns())
@@ -61,16 +61,17 @@ def _follows(frame: FrameId, behind: FrameId) -> bool:
     """Return whether a frame comes right after another one, or is the same once more."""
     if frame.take != behind.take:
         return frame.take > behind.take
-    # Only where nothing is owed may some be left out between them.
-    owes = any(each.oldest < each.index for each in (behind, frame))
-    return behind.index <= frame.index <= (behind.index + 1 if owes else frame.index)
+    # Frames between them may be left out only in real time.
+    is_lockstep = any(each.oldest < each.index for each in (behind, frame))
+    return behind.index <= frame.index <= (behind.index + 1 if is_lockstep else frame.index)
 
 
 class FrameOrder:
-    """Keeps frames until it is their turn."""
+    """Keeps frames until it is their turn; `arrive` classifies each, `next_frame` returns it."""
 
     LONGEST_QUEUE = 64  # more than any window; only a broken sender fills it
     LARGEST_WINDOW = 8  # of any sender [frames]; copies of frames farther behind are not asked for
+    INSISTENT = 3  # copies in a row of a frame without an answer: its sender waits for it
 
     def __init__(self):
         self._take = None
@@ -79,19 +80,22 @@ class FrameOrder:
         self._last = -1   # index of the last frame that was served
         self._oldest = 0  # index that may still be waited for, as the sender said last
         self._behind = None  # the frame far behind that came last, if none came after it
+        self._in_vain = None, 0  # a frame that was asked for in vain, and how often in a row
         self._waiting: dict[int, FrameId] = {}
 
     def arrive(self, frame: FrameId, sender: Hashable = None) -> Arrival:
         """
-        Take note of a frame and say what it is.
+        Note a frame that has arrived; return what it is.
 
-        sender: whatever tells one publisher from another, or None. A new publisher may play an
+        sender: identifies the publisher, or None. A new publisher may play an
         old take again (a bag that is played twice); the same publisher's older frames are copies
         or, where two that are far behind come in a row, the beginning of another round. One alone
-        decides nothing: a network that holds messages back brings such copies.
+        decides nothing: a network that delays messages delivers such copies.
         """
         changed = sender != self._sender
         self._sender = sender
+        if frame[:3] != self._in_vain[0]:
+            self._in_vain = None, 0
         behind, self._behind = self._behind, None
         if frame.take is None or self._take is None:
             # Without takes, time that jumps back begins anew, as it does everywhere in ROS.
@@ -112,6 +116,31 @@ class FrameOrder:
         self._wait(frame)
         return Arrival.NEW
 
+    def is_insisted(self, frame: FrameId) -> bool:
+        """
+        Return whether to begin anew with a frame that came AGAIN and has no answer; then it waits.
+
+        It was passed over, or its answer was dropped, because of what somebody else sent under
+        the same sender's name. A sender that waits for it sends nothing else, and would for ever.
+        """
+        _, times = self._in_vain
+        self._in_vain = frame[:3], times + 1
+        if times + 1 < self.INSISTENT:
+            return False
+        self._restart(frame)
+        return True
+
+    @property
+    def has_takes(self) -> bool:
+        """Return whether the frames that come tell their take."""
+        return self._take is not None
+
+    @property
+    def due(self) -> FrameId | None:
+        """Return the first frame whose turn it is, ready or not, or None."""
+        return next((self._waiting[index] for index in sorted(self._waiting)
+                     if self._is_due(self._waiting[index])), None)
+
     @property
     def waiting(self) -> dict[int, FrameId]:
         """Return {index: frame} of the frames whose turn has not come."""
@@ -127,15 +156,18 @@ class FrameOrder:
         """
         Return the next frame whose turn it is and that `is_ready`, or None.
 
-        The frame counts as served from here on, and earlier ones that nobody is owed are dropped.
+        The frame counts as served from here on; earlier ones that no node waits for are dropped.
         """
         for index in sorted(self._waiting):
             frame = self._waiting[index]
-            if is_ready(frame) and max(self._oldest, frame.oldest, self._last + 1) >= index:
+            if is_ready(frame) and self._is_due(frame):
                 self._last = index
                 self._waiting = {i: t for i, t in self._waiting.items() if i > index}
                 return frame
         return None
+
+    def _is_due(self, frame):
+        return max(self._oldest, frame.oldest, self._last + 1) >= frame.index
 
     def _is_behind(self, frame, behind):
         """Return whether a frame cannot be a copy that the take's sender was asked for."""
@@ -158,8 +190,9 @@ class FrameOrder:
 
     def _wait(self, frame):
         self._oldest = max(self._oldest, frame.oldest)
-        known = self._waiting.get(frame.index)
-        if known is None or frame.oldest > known.oldest:
-            self._waiting[frame.index] = frame
+        # In the order of arrival: what is dropped is what nobody has sent again for longest.
+        known = self._waiting.pop(frame.index, frame)
+        self._waiting[frame.index] = (
+            known if known.stamp == frame.stamp and known.oldest > frame.oldest else frame)
         if len(self._waiting) > self.LONGEST_QUEUE:
-            del self._waiting[min(self._waiting)]
+            del self._waiting[next(iter(self._waiting))]

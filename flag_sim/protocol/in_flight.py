@@ -13,13 +13,16 @@
 # limitations under the License.
 
 """Frames in flight: what was sent, who has said that it is done, and what is overdue."""
+import collections
 from collections.abc import Iterable
 import dataclasses
 
 from flag_sim.protocol.frames import FrameId
 
 FIRST_RESEND = 0.2
-"""Before a frame is sent again while nobody has ever answered: discovery takes a moment [s]."""
+"""Time until a frame is sent again while no node has ever answered (discovery is slow) [s]."""
+MOST_GIVEN_UP = 64
+"""Number of latest frames given up to which a late answer shows that a consumer is there."""
 
 
 @dataclasses.dataclass
@@ -45,6 +48,8 @@ class FramesInFlight:
         self.answered = False
         self.resent = 0
         self._frames: dict[int, Sent] = {}  # by stamp; a dict keeps the order of sending
+        # (stamp, consumers that had not answered) of the latest frames that were given up
+        self._given_up = collections.deque(maxlen=MOST_GIVEN_UP)
         self._silent_since = None  # since when frames are in flight and none of them was done
 
     def __len__(self) -> int:
@@ -78,7 +83,9 @@ class FramesInFlight:
                 return False
             del self._frames[stamp]
             self.answered = True
-        # Somebody is there, also if the frame was given up meanwhile.
+        elif not any(stamp == known and consumer in names for known, names in self._given_up):
+            return False  # no node was asked for that: it must not hide who is silent
+        # A consumer is there, even if the frame was given up meanwhile.
         self._silent_since = now if self._frames else None
         return sent is not None
 
@@ -86,7 +93,7 @@ class FramesInFlight:
         """
         Let the frames in flight be done when all `consumers` say so, from now on.
 
-        Who has said so already is asked again with the frame's next copy.
+        Consumers that have said so already are asked again with the frame's next copy.
         """
         consumers = set(consumers)
         for sent in self._frames.values():
@@ -104,7 +111,7 @@ class FramesInFlight:
         Return the oldest frame if it is to be sent again now, or None; it then counts as sent.
 
         That is when it last left more than `after` [s] ago, or FIRST_RESEND if that is less and
-        nobody has ever answered.
+        no node has ever answered.
         """
         sent = self.overdue(now, after if self.answered else min(FIRST_RESEND, after))
         if sent is not None:
@@ -114,9 +121,9 @@ class FramesInFlight:
 
     def late(self, now: float, after: float) -> list[str]:
         """
-        Return who lets the oldest frame wait, if no frame was done for more than `after` [s].
+        Return the consumers that the oldest frame waits for, if none was done for `after` [s].
 
-        Frames that left while another one was waited for are not late for that.
+        Frames sent while another one was waited for are not late because of that.
         """
         if self.oldest is None or now - self._silent_since <= after:
             return []
@@ -124,13 +131,15 @@ class FramesInFlight:
 
     def give_up(self) -> None:
         """Forget the oldest frame."""
-        del self._frames[self.oldest.frame.stamp]
+        sent = self.oldest
+        self._given_up.append((sent.frame.stamp, frozenset(sent.waiting_for)))
+        del self._frames[sent.frame.stamp]
 
     def make_room(self, window: int) -> int:
         """
         Give up the oldest frames until fewer than `window` are in flight; return their number.
 
-        Frames that are given up while nobody has ever answered are not counted.
+        Frames that are given up while no node has ever answered are not counted.
         """
         surplus = max(len(self) - window + 1, 0)
         for _ in range(surplus):

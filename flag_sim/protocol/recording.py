@@ -19,8 +19,10 @@ import enum
 
 from flag_sim.protocol.frames import Arrival, FrameId, FrameOrder
 
-REMEMBERED = 1024
-"""Frames of which copies are recognised."""
+REMEMBERED_FRAMES = 1024
+"""Number of latest frames whose copies are recognised."""
+REMEMBERED_TAKES = 8
+"""Number of earlier takes that may go on: how many frames of each are complete is kept."""
 TAKE_GAP = 100_000_000
 """Time in the bag between two takes [ns]."""
 LATEST = 2**63 - 1
@@ -31,7 +33,7 @@ class Placement(enum.Enum):
     """What becomes of a message that has arrived."""
 
     WRITE = enum.auto()   # it is written into the bag
-    ANSWER = enum.auto()  # its frame is complete: somebody has not heard that it is done
+    ANSWER = enum.auto()  # its frame is complete, but the sender has not received that
     IGNORE = enum.auto()  # it is a copy, or comes after the end
 
 
@@ -40,9 +42,10 @@ class Recording:
     The frames of a bag.
 
     every_frame: the topics that are recorded of which every frame has one message; with one of
-    each a frame is complete. length: of the recording [frames]; 0: without end.
-    complete: how many frames are; copies: how many messages were left out because they are
-    recorded already; takes: how many have begun.
+    each a frame is complete. length: of the take with which it is full [frames]; 0: without end.
+    complete: how many frames are; in_take: of the present take in all its rounds, without those of
+    a stranger who sends no take; copies: how many messages were left out because they are recorded
+    already; takes: how many have begun.
     The time of a message in the bag is its stamp. After a reset the time in the bag goes on: it is
     later than the stamp if the new take's stamps are not later than those of the take before.
     """
@@ -52,16 +55,24 @@ class Recording:
         self._length = length
         self._missing: dict[int, set[str]] = {}  # topics by stamp, of frames not complete
         self._latest = collections.OrderedDict()  # stamps of the latest complete frames
+        self._followed = collections.OrderedDict()  # stamps of the take's latest parameters
+        self._take = None  # number of the present take
+        self._in_takes = collections.OrderedDict()  # {number: complete frames} of those before it
         self._order = FrameOrder()
         self._held = None  # parameters that are a late copy or begin a round: the next ones decide
         self._offset = self._newest = 0  # of times in the bag [ns]
         self._lost = 0
-        self.complete = self.copies = self.takes = 0
+        self.complete = self.in_take = self.copies = self.takes = 0
 
     @property
-    def is_full(self) -> bool:
-        """Return whether the recording has all the frames that it shall have."""
-        return 0 < self._length <= self.complete
+    def has_all_frames(self) -> bool:
+        """Return whether the present take has as many complete frames as were asked for."""
+        return 0 < self._length <= self.in_take
+
+    @property
+    def outstanding(self) -> int:
+        """Return how many frames the newest take lacks to be full; 0 before it has any."""
+        return max(self._length - self.in_take, 0) if self.takes or self.complete else 0
 
     @property
     def incomplete(self) -> int:
@@ -70,10 +81,10 @@ class Recording:
 
     def follow(self, frame: FrameId, data: bytes, sender: Hashable) -> list[bytes]:
         """
-        Notice from a frame's serialised parameters when the shot begins anew.
+        Detect from a frame's serialised parameters whether another take begins.
 
-        Stamps that come then are no copies of the earlier ones. Returns the messages that are to
-        be recorded now: `data`, and what was held back before it.
+        The stamps of a new take are no copies of earlier ones. Return the messages to record now:
+        `data`, and what was held back before it.
         """
         if frame.take is None:
             return [data]
@@ -88,10 +99,21 @@ class Recording:
         while self._order.next_frame() is not None:
             pass  # its turn is all the same here, but a take that is played again is known by it
         if arrival is Arrival.RESTART:
-            self._begin_take(first.stamp)
+            self._begin_take(frame.take, first.stamp)
+            if is_round:
+                self._count(first.stamp)
+        self._count(frame.stamp)
         return [held, data] if is_round else [data]
 
-    def _begin_take(self, stamp):
+    def _count(self, stamp):
+        """Note that the parameters of the take's frame at `stamp` [ns] have come."""
+        if stamp not in self._followed:
+            self.in_take += stamp in self._latest
+            self._followed[stamp] = None
+            if len(self._followed) > REMEMBERED_FRAMES:
+                self._followed.popitem(last=False)
+
+    def _begin_take(self, number, stamp):
         """Let a take whose first frame has `stamp` [ns] follow in the bag after the one before."""
         # Images of the first take may come before its parameters: they belong to it.
         if self.takes:
@@ -99,6 +121,15 @@ class Recording:
             self._lost += len(self._missing)
             self._missing.clear()
             self._latest.clear()
+            self._followed.clear()
+            if number != self._take:
+                self._in_takes[self._take] = self.in_take
+                if len(self._in_takes) > REMEMBERED_TAKES:
+                    self._in_takes.popitem(last=False)
+        if number != self._take:
+            # Late messages of an older take may have come between the frames of this one.
+            self.in_take = self._in_takes.pop(number, 0)
+        self._take = number
         self.takes += 1
 
     def place(self, topic: str, stamp: int) -> Placement:
@@ -113,14 +144,15 @@ class Recording:
             raise ValueError(f'its stamp {stamp / 1e9} s after {self.takes - 1} takes is later '
                              f'than a bag can hold, {LATEST / 1e9} s')
         if topic not in self._every_frame:
-            return Placement.IGNORE if self.is_full else Placement.WRITE
+            return Placement.IGNORE if self.has_all_frames else Placement.WRITE
         if stamp in self._latest:
             self.copies += 1
-            return Placement.ANSWER
-        if len(self._latest) == REMEMBERED and stamp < next(iter(self._latest)):
+            # Only parameters tell their take: others may be early ones of the next, not copies.
+            return Placement.IGNORE if self.takes and topic != 'parameters' else Placement.ANSWER
+        if len(self._latest) == REMEMBERED_FRAMES and stamp < next(iter(self._latest)):
             self.copies += 1
             return Placement.IGNORE
-        if self.is_full:
+        if self.has_all_frames:
             return Placement.IGNORE
         missing = self._missing.setdefault(stamp, set(self._every_frame))
         if topic not in missing:
@@ -129,8 +161,12 @@ class Recording:
         missing.discard(topic)
         return Placement.WRITE
 
+    def is_complete(self, stamp: int) -> bool:
+        """Return whether a frame of the newest take is one of the latest complete ones."""
+        return stamp in self._latest
+
     def time(self, stamp: int) -> int:
-        """Return when in the bag a message of the present take is, by its stamp [ns]: [ns]."""
+        """Return the time in the bag [ns] of a message of the current take with a stamp [ns]."""
         return stamp + self._offset
 
     def written(self, topic: str, stamp: int) -> bool:
@@ -140,16 +176,17 @@ class Recording:
             return False
         del self._missing[stamp]
         self._latest[stamp] = None
-        if len(self._latest) > REMEMBERED:
+        if len(self._latest) > REMEMBERED_FRAMES:
             self._latest.popitem(last=False)
-        if len(self._missing) > REMEMBERED:
+        if len(self._missing) > REMEMBERED_FRAMES:
             del self._missing[min(self._missing)]
             self._lost += 1
         self.complete += 1
+        self.in_take += not self.takes or stamp in self._followed
         return True
 
     def lacking(self) -> tuple[int, set[str]] | None:
         """Return (stamp [ns], missing topics) of the first frame after the last complete one."""
         last = next(reversed(self._latest), -1)
         stamp = min((stamp for stamp in self._missing if stamp > last), default=None)
-        return None if stamp is None or self.is_full else (stamp, self._missing[stamp])
+        return None if stamp is None or self.has_all_frames else (stamp, self._missing[stamp])

@@ -12,12 +12,13 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What physics and renderer have in common: a frame arrives, they work, they publish."""
+"""Base of physics and renderer: a frame arrives, the node works on it and publishes."""
 from collections.abc import Hashable, Iterable, Mapping
 import os
 
 from flag_sim.parameters.declaration import Declaration
-from flag_sim.protocol.frames import Arrival, FrameId, FrameOrder
+from flag_sim.protocol.frames import FrameId
+from flag_sim.protocol.serving import FrameServer, Handlers
 from flag_sim.ros import frame_message
 from flag_sim.ros.diagnostics import compute_time, Diagnostics, ERROR, OK
 from flag_sim.ros.node_log import NodeLog
@@ -28,7 +29,7 @@ import numpy as np
 
 class FrameNode(ParameterNode):
     """
-    Serves frames in their order, and a frame that comes again with the answer that it kept.
+    Serves frames in order; a frame that comes again gets the answer that was kept.
 
     Derived nodes define `work`, which makes a frame's answer, and `answer`, which publishes it;
     `status` says how they are doing.
@@ -36,9 +37,8 @@ class FrameNode(ParameterNode):
 
     def __init__(self, name: str, declarations: Iterable[Declaration]):
         super().__init__(name, declarations)
-        self._order = FrameOrder()
-        self._inputs = {}   # (wind, keyed values) by frame, of frames that may yet be served
-        self._answers = {}  # (index, answer) by stamp, of frames that may be asked for again
+        # What comes with a frame: its wind and keyed values.
+        self._server = FrameServer(Handlers(self.is_ready, self._work, self.answer, self._restart))
         self._log = NodeLog(self)
         self._good = None   # values that the take's last frame was served with
         self._clash = ''    # why keyed values of the last frame could not be used
@@ -104,7 +104,7 @@ class FrameNode(ParameterNode):
 
         Keyed values that are right one by one but cannot stand together, which the wind cannot
         know, are reported, and the frame gets the values of the one before: refused, it would be
-        sent again for ever in lockstep.
+        sent again forever in lockstep.
         """
         values = {**self.values, **keyed}
         self._clash = ''
@@ -122,44 +122,24 @@ class FrameNode(ParameterNode):
     def take_frame(self, frame: FrameId, wind: np.ndarray | None, keyed: Mapping,
                    sender: Hashable) -> None:
         """
-        Put a frame where its turn will find it, and serve whatever can be served.
+        Queue a frame until its turn, and serve the frames whose turn has come.
 
         wind: (3,) [m/s]; keyed: {name: value} of the node's own parameters at this frame; sender:
-        whatever tells one publisher from another.
+        identifies the publisher.
         """
-        arrival = self._order.arrive(frame, sender)
-        if arrival is Arrival.AGAIN:
-            self.answer_again(frame.stamp)
-            return
-        self._inputs[frame] = wind, keyed
-        self._inputs = {kept: self._inputs[kept] for kept in self._order.kept}
-        if arrival is Arrival.STALE:
-            return
-        if arrival is Arrival.RESTART:
-            self._answers.clear()
-            self._good = None
-            self.restart(min(self._order.waiting.values()))
-        self._answers = {stamp: kept for stamp, kept in self._answers.items()
-                         if kept[0] >= frame.oldest}
-        self.serve()
+        self._server.take_frame(frame, (wind, keyed), sender)
 
-    def serve(self) -> None:
-        """Serve the frames whose turn it is."""
-        while (frame := self._order.next_frame(self.is_ready)) is not None:
-            wind, keyed = self._inputs.pop(frame)
-            # What a user sets meanwhile counts from this frame on; keys count before it.
-            with self._stopwatch.measure('work'):
-                answer = self.work(frame, wind, self._merge(keyed))
-            self._answers[frame.stamp] = frame.index, answer
-            self._stopwatch.frames += 1
-            self.answer(frame.stamp, answer)
+    def _restart(self, frame):
+        self._good = None
+        self.restart(frame)
 
-    def answer_again(self, stamp: int) -> bool:
-        """Publish the answer to a frame that was served; return whether it is still kept."""
-        kept = self._answers.get(stamp)
-        if kept is not None:
-            self.answer(stamp, kept[1])
-        return kept is not None
+    def _work(self, frame, came_with):
+        wind, keyed = came_with
+        # A value set by a user takes effect from this frame on, unless it is keyed.
+        with self._stopwatch.measure('work'):
+            answer = self.work(frame, wind, self._merge(keyed))
+        self._stopwatch.frames += 1
+        return answer
 
     def refuse(self, topic: str, error: ValueError) -> None:
         """Warn of a message that cannot be used."""

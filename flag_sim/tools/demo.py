@@ -15,6 +15,7 @@
 """The demo: a shot played through four processes in lockstep, and pictures of it."""
 import argparse
 from collections.abc import Sequence
+import os
 from pathlib import Path
 import shutil
 import sys
@@ -29,13 +30,13 @@ from tqdm import tqdm
 import yaml
 
 STALLED = 60.0
-"""Without a new frame for so long the demo gives up [s]."""
+"""The demo gives up after this time without a new frame [s]."""
 FIRST_STALLED = 300.0
 """The same before the first one [s]: kernels compile for half a minute, longer if it is busy."""
-LOOK_AGAIN = 0.1
-"""Between looks at the nodes [s]."""
+POLL_PERIOD = 0.1
+"""How often to check the nodes [s]."""
 LONGEST_LOOK = 1.0
-"""Beyond that this process was stopped, and has not seen the time go by [s]."""
+"""A longer time between two checks means that this process was suspended [s]."""
 
 
 class Progress:
@@ -56,7 +57,7 @@ class Progress:
 
     @property
     def is_stalled(self) -> bool:
-        """Return whether there is no hope for another frame."""
+        """Return whether no new frame has come for too long."""
         return self._without > (STALLED if self.bar.n else FIRST_STALLED)
 
 
@@ -82,12 +83,12 @@ def play(shot: Path, frames: int, out: Path) -> tuple[bool, dict[str, str]]:
                           time.monotonic())
             if progress.is_stalled:
                 break
-            time.sleep(LOOK_AGAIN)
+            time.sleep(POLL_PERIOD)
         told = graph.told('recorder')
         progress.look(int(told.get('X_FLAG_SIM_FRAMES', 0)), time.monotonic())
         progress.bar.close()
         is_whole = wind.poll() == 0 and recorder.poll() == 0
-        # Whoever failed knows why; where nobody did, any node may.
+        # The logs of the nodes that failed say why; if none failed, any log may.
         for name in graph.failed() or ([] if is_whole else graph.processes):
             print(f'--- {name} said:\n{graph.log(name)}', file=sys.stderr)
         return is_whole, told
@@ -148,6 +149,12 @@ def main(args: Sequence[str] | None = None) -> int:
     frames = frames_of(shot)
     if not frames:
         parser.error(f'{shot} is not a shot: it has no number of frames for the wind')
+    try:
+        options.out.mkdir(parents=True, exist_ok=True)
+        if not os.access(options.out, os.W_OK):
+            raise PermissionError('no permission to write there')
+    except OSError as error:
+        parser.error(f'out {options.out} cannot be written: {error}')
     return film(shot, frames, options.out)
 
 

@@ -114,7 +114,8 @@ import rclpy
 set_dds_profile()
 rclpy.init()
 node = rclpy.create_node('n')
-print(*re.findall('(?m)/dev/shm/fastdds_[0-9a-f]{16}$', open('/proc/self/maps').read()), flush=True)
+maps = open('/proc/self/maps').read()
+print(*re.findall('(?m)/dev/shm/fastdds_[0-9a-f]{16}$', maps), flush=True)
 os.kill(os.getpid(), 9)
 """
 
