@@ -22,7 +22,7 @@ of 60 turns with and without it, on a machine that was busy).
 from collections.abc import Callable
 import functools
 
-from flag_sim.jit.cache import KernelCache
+from flag_sim.jit.cache import kernel_cache
 from flag_sim.jit.compilers import InnerCompiler, KernelCompiler, NoAliasCompiler, WideCompiler
 import numba
 
@@ -47,7 +47,7 @@ def kernel(function: Callable = None, **options) -> Callable:
                'pipeline_class': NoAliasCompiler, **options}
     dispatcher = numba.njit(function, **options)
     if is_kept:
-        dispatcher._cache = KernelCache(function)
+        dispatcher._cache = kernel_cache(function)
     return dispatcher
 
 
