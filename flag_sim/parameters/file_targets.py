@@ -16,7 +16,8 @@
 from collections.abc import Sequence
 import os
 import re
-import stat
+
+from flag_sim.parameters.plain_file import opened
 
 PARAMETERS = 'ros__parameters'
 """The key under which a params file holds the parameters of a node."""
@@ -55,13 +56,7 @@ def keys_in(path: str | os.PathLike) -> list[str]:
     ValueError for what is no params file, or a larger one than `LARGEST`, and OSError.
     """
     import yaml  # which the library does without
-    # A pipe without a writer would be waited for.
-    with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK), 'rb') as file:
-        found = os.fstat(file.fileno())
-        if not stat.S_ISREG(found.st_mode):
-            raise ValueError(f'{path} is not a file')
-        if found.st_size > LARGEST:
-            raise ValueError(f'{path} is larger than {LARGEST >> 20} MB')
+    with opened(path, LARGEST) as file:
         try:
             return _keys(yaml, yaml.parse(file, getattr(yaml, 'CSafeLoader', yaml.SafeLoader)))
         except yaml.YAMLError as error:

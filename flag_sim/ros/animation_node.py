@@ -22,7 +22,7 @@ from flag_sim.declarations.keyable import TARGETS
 from flag_sim.parameters.declaration import Declaration
 from flag_sim.parameters.params_file import (
     check_path, check_within, save_parameters, start_folder)
-from flag_sim.ros.companions import Companions, COMPANIONS
+from flag_sim.ros.companions import COMPANIONS, Companions
 from flag_sim.ros.parameter_groups import GroupParameterService
 from flag_sim.ros.parameter_node import ParameterNode, to_parameter
 

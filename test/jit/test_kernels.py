@@ -195,6 +195,7 @@ def blocked(copy, tmp_path):
 def planted(name, real):
     """Let what a stranger has planted be read, were it read: it leaves a file behind."""
     class Planted:
+
         def __reduce__(self):
             return os.system, (f'touch {real}',)
     return pickle.dumps(name) + pickle.dumps(Planted())

@@ -14,15 +14,18 @@
 
 """What the recorder and the player do with takes, bytes, disks and bags as they should not be."""
 import itertools
+import os
 import resource
 import shutil
+import subprocess
+import sys
 
 from flag_sim.nodes.recorder import counted
 from flag_sim.protocol.cdr import serialized_stamp
 from flag_sim.protocol.frames import FrameId
 from flag_sim.protocol.recording import TAKE_GAP
 from flag_sim.ros import messages
-from flag_sim.ros.bag import Bag, RecordedTopics
+from flag_sim.ros.bag import Bag, KEPT, RecordedTopics
 from flag_sim.ros.parameter_node import BadParameter
 from flag_sim.tools.graph import Graph
 import numpy as np
@@ -161,7 +164,7 @@ def test_takes_follow_one_another_wherever_their_stamps_begin(tmp_path, domain):
 
 
 def test_a_full_disk_ends_sqlite_with_a_clear_error(tmp_path, domain):
-    """As it does mcap (test_lifecycle), but nothing is kept, and that is said."""
+    """As it does mcap (test_lifecycle); what was answered as done is kept, and that is said."""
     limit = 3_000_000  # bytes; an image has 1,000,000 and sqlite keeps 2 MB in memory
     hard = resource.getrlimit(resource.RLIMIT_FSIZE)[1]
     with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
@@ -175,8 +178,9 @@ def test_a_full_disk_ends_sqlite_with_a_clear_error(tmp_path, domain):
                    or recorder.poll() is not None, watcher)
         said = graph.log('recorder')
         assert recorder.poll() == 1, said
-        assert 'cannot write' in said and 'sqlite3 keeps nothing' in said
+        assert 'cannot write' in said and 'what was said to be done is kept' in said
         assert 'Traceback' not in said and 'MB' not in said
+    assert recorded(tmp_path / 'bag', 'camera/image_raw')
 
 
 @pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
@@ -188,9 +192,9 @@ def test_a_missing_folder_is_an_error(tmp_path, domain, storage):
                     '-p', f'storage:={storage}')
         eventually(lambda: out.publish(frame(1, 0)) or done, watcher)
         shutil.rmtree(tmp_path / 'bag')
-        assert graph.end('recorder') == 1
+        assert graph.wait('recorder', 30.0) == 1  # at once, although nothing comes
         said = graph.log('recorder')
-        assert 'cannot finish' in said and 'the folder is gone' in said
+        assert 'cannot write' in said and 'cannot finish' in said and 'the folder is gone' in said
         assert 'MB' not in said and 'reindex' not in said and 'Traceback' not in said
     assert not (tmp_path / 'bag').exists()
 
@@ -267,14 +271,108 @@ def test_an_invalid_number_in_the_metadata_is_refused(tmp_path):
         RecordedTopics(tmp_path / 'bag')
 
 
-def test_a_bag_whose_recorder_was_killed_says_what_helps(tmp_path):
-    """It lacks the metadata that are written last."""
+@pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
+def test_what_was_done_outlives_a_killed_recorder(tmp_path, domain, storage):
+    """Every answer is true: the player finds the frame, without any other tool."""
+    with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
+        out, done = watcher.publisher('parameters'), watcher.listen('frame_done')
+        recorder = graph.start('recorder', '-p', f'path:={tmp_path / "bag"}',
+                               '-p', 'topics:=[parameters]', '-p', f'storage:={storage}')
+        indices = itertools.count()
+        eventually(lambda: out.publish(frame(1, next(indices))) or len(done) > 5, watcher)
+        recorder.kill()
+        recorder.wait()
+        for _ in range(5):  # answers that were on their way
+            watcher.spin(0.1)
+        answered = {messages.to_stamp(header.stamp) for header in done}
+        kept = {serialized_stamp(data) for _, _, data in recorded(tmp_path / 'bag', 'parameters')}
+        assert len(answered) > 5 and answered <= kept
+        status, log = play(graph, tmp_path / 'bag', '-p', 'rate:=1000.0')
+    assert status == 0 and 'is not finished: what is whole of it is played' in log
+
+
+@pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
+def test_a_full_disk_leaves_whole_what_was_flushed(tmp_path, storage):
+    """No record is cut off; what was not answered may be lost."""
+    code = f"""
+import resource, signal
+from flag_sim.ros.bag import Bag
+from sensor_msgs.msg import Image
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, resource.RLIM_INFINITY))
+bag = Bag({str(tmp_path / 'bag')!r}, {storage!r}, 'none')
+bag.add_topic('/camera/image_raw', Image)
+try:
+    for done in range(100):
+        bag.write('/camera/image_raw', done, bytes(7000))
+        bag.flush()
+except OSError as error:
+    print(done)
+try:
+    bag.close()
+except OSError as error:
+    print(error)
+"""
+    said = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True)
+    done, error = said.stdout.splitlines()
+    assert error == KEPT and int(done) > 30, said.stderr
+    times = [at for _, at, _ in recorded(tmp_path / 'bag', 'camera/image_raw')]
+    assert times == list(range(int(done)))
+    if storage == 'mcap':
+        (file,) = (tmp_path / 'bag').iterdir()
+        data, end = file.read_bytes(), 8
+        while end < len(data):
+            end += 9 + int.from_bytes(data[end + 1:end + 9], 'little')
+        assert end == len(data)
+
+
+def test_a_bag_that_was_moved_or_replaced_is_gone(tmp_path):
+    """Nothing is written where nobody will look for it, and nothing over what is there now."""
+    bag = Bag(tmp_path / 'bag', 'mcap', 'none')
+    bag.add_topic('/camera/image_raw', Image)
+    bag.write('/camera/image_raw', 1, b'')
+    bag.check()
+    (tmp_path / 'bag').rename(tmp_path / 'other')
     images_bag(tmp_path / 'bag', 1)
+    before = next((tmp_path / 'bag').glob('*.mcap')).read_bytes()
+    for call in (bag.check, bag.flush, bag.close):
+        with pytest.raises(OSError, match='the folder is gone'):
+            call()
+    assert next((tmp_path / 'bag').glob('*.mcap')).read_bytes() == before
+
+
+def test_the_order_of_a_bag_without_its_index_is_that_of_time(tmp_path):
+    """As with the index; what belongs together may be chunks apart."""
+    bag = Bag(tmp_path / 'bag', 'mcap', 'zstd')
+    bag.add_topic('/camera/image_raw', Image)
+    bag.add_topic('/parameters', ParameterEvent)
+    for at in (3, 1, 2, 6, 5, 4):
+        bag.write('/camera/image_raw' if at % 2 else '/parameters', at, bytes(at))
+        bag.flush()
+    bag.close()
+
+    def read():
+        reader = RecordedTopics(tmp_path / 'bag')
+        found = list(reader.messages(reader.names))
+        reader.close()
+        return reader.is_unfinished, found
+    is_unfinished, whole = read()
+    assert not is_unfinished and [at for _, at, _ in whole] == [1, 2, 3, 4, 5, 6]
     (tmp_path / 'bag' / 'metadata.yaml').unlink()
-    bag = tmp_path / 'bag'
-    helps = f"'{bag}' is not a finished bag.* 'ros2 bag reindex {bag}' helps: mcap has kept"
-    with pytest.raises(BadParameter, match=helps):
-        RecordedTopics(bag)
+    assert read() == (True, whole)
+    (file,) = (tmp_path / 'bag').glob('*.mcap')
+    file.write_bytes(file.read_bytes()[:-20])
+    assert read() == (True, whole)
+
+
+def test_a_folder_without_a_bag_is_refused(tmp_path):
+    """In words."""
+    (tmp_path / 'bag').mkdir()
+    with pytest.raises(BadParameter, match='It has no metadata.yaml, and no file of mcap'):
+        RecordedTopics(tmp_path / 'bag')
+    os.mkfifo(tmp_path / 'bag' / 'x.mcap')
+    with pytest.raises(BadParameter, match='is not a file'):
+        RecordedTopics(tmp_path / 'bag')
 
 
 def test_lockstep_plays_on_after_bytes_without_a_stamp(tmp_path, domain):
