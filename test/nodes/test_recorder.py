@@ -14,29 +14,24 @@
 
 """What the recorder and the player do with takes, bytes, disks and bags as they should not be."""
 import itertools
-import os
 import resource
 import shutil
-import subprocess
-import sys
 
 from flag_sim.nodes.recorder import counted
 from flag_sim.protocol.cdr import serialized_stamp
 from flag_sim.protocol.frames import FrameId
 from flag_sim.protocol.recording import TAKE_GAP
 from flag_sim.ros import messages
-from flag_sim.ros.bag import Bag, KEPT, RecordedTopics
-from flag_sim.ros.parameter_node import BadParameter
+from flag_sim.ros.bag import Bag
 from flag_sim.tools.graph import Graph
 import numpy as np
 import pytest
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.serialization import serialize_message
-from sensor_msgs.msg import Image
+from support.bags import FRAME, images_bag, recorded
 from support.frames import parameters_message
 from support.watch import eventually, Watcher
 
-FRAME = 10**9 // 25  # [ns]
 ZSTD_MAGIC = b'\x28\xb5\x2f\xfd'  # RFC 8878, 3.1.1
 
 
@@ -54,15 +49,6 @@ def parameters_bag(path, take=1, frames=3):
         bag.write('/parameters', index * FRAME, serialize_message(frame(take, index)))
     bag.close()
     return path
-
-
-def recorded(path, name):
-    """Return [(name, time in the bag [ns], serialised message)] of a topic."""
-    bag = RecordedTopics(path)
-    try:
-        return list(bag.messages([name]))
-    finally:
-        bag.close()
 
 
 def test_an_older_take_of_another_sender_is_recorded(tmp_path, domain):
@@ -224,18 +210,6 @@ def play(graph, path, *arguments):
     return status, graph.log('player')
 
 
-def images_bag(path, images, compression='zstd'):
-    """Make a bag of images of 1.2 MB, one to a chunk; return its one mcap file."""
-    bag = Bag(path, 'mcap', compression)
-    bag.add_topic('/camera/image_raw', Image)
-    noise = np.random.default_rng(1).integers(0, 256, (400, 1000, 3), np.uint8)
-    for index in range(images):
-        bag.write('/camera/image_raw', index * FRAME,
-                  serialize_message(messages.image_message(index * FRAME, noise)))
-    bag.close()
-    return next(path.glob('*.mcap'))
-
-
 @pytest.mark.parametrize(('whole', 'said'), [
     (0, 'nothing after 0 messages'), (2, 'nothing after 2 messages')])
 def test_a_damaged_chunk_ends_the_playing(tmp_path, domain, whole, said):
@@ -250,25 +224,6 @@ def test_a_damaged_chunk_ends_the_playing(tmp_path, domain, whole, said):
         status, log = play(graph, tmp_path / 'bag', '-p', 'topics:=[camera/image_raw]')
     assert status == 1 and 'Traceback' not in log
     assert f'path {tmp_path / "bag"}: cannot be read' in log and said in log
-
-
-@pytest.mark.parametrize('content', [
-    b'\xff\xfe\x00', b'rosbag2: [', b'', b'rosbag2_bagfile_information: {version: nine}'])
-def test_invalid_metadata_is_refused(tmp_path, content):
-    """Whatever a parser says of it, the bag and the reason are named."""
-    images_bag(tmp_path / 'bag', 1)
-    (tmp_path / 'bag' / 'metadata.yaml').write_bytes(content)
-    with pytest.raises(BadParameter, match=f'path {tmp_path / "bag"}: cannot be read, '):
-        RecordedTopics(tmp_path / 'bag')
-
-
-def test_an_invalid_number_in_the_metadata_is_refused(tmp_path):
-    """Where the library meets it only after it has opened the bag."""
-    images_bag(tmp_path / 'bag', 1)
-    metadata = tmp_path / 'bag' / 'metadata.yaml'
-    metadata.write_text(metadata.read_text().replace('message_count: 1', 'message_count: one'))
-    with pytest.raises(BadParameter, match=f'path {tmp_path / "bag"}: cannot be read, TypeError'):
-        RecordedTopics(tmp_path / 'bag')
 
 
 @pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
@@ -289,90 +244,6 @@ def test_what_was_done_outlives_a_killed_recorder(tmp_path, domain, storage):
         assert len(answered) > 5 and answered <= kept
         status, log = play(graph, tmp_path / 'bag', '-p', 'rate:=1000.0')
     assert status == 0 and 'is not finished: what is whole of it is played' in log
-
-
-@pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
-def test_a_full_disk_leaves_whole_what_was_flushed(tmp_path, storage):
-    """No record is cut off; what was not answered may be lost."""
-    code = f"""
-import resource, signal
-from flag_sim.ros.bag import Bag
-from sensor_msgs.msg import Image
-signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, resource.RLIM_INFINITY))
-bag = Bag({str(tmp_path / 'bag')!r}, {storage!r}, 'none')
-bag.add_topic('/camera/image_raw', Image)
-try:
-    for done in range(100):
-        bag.write('/camera/image_raw', done, bytes(7000))
-        bag.flush()
-except OSError as error:
-    print(done)
-try:
-    bag.close()
-except OSError as error:
-    print(error)
-"""
-    said = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True)
-    done, error = said.stdout.splitlines()
-    assert error == KEPT and int(done) > 30, said.stderr
-    times = [at for _, at, _ in recorded(tmp_path / 'bag', 'camera/image_raw')]
-    assert times == list(range(int(done)))
-    if storage == 'mcap':
-        (file,) = (tmp_path / 'bag').iterdir()
-        data, end = file.read_bytes(), 8
-        while end < len(data):
-            end += 9 + int.from_bytes(data[end + 1:end + 9], 'little')
-        assert end == len(data)
-
-
-def test_a_bag_that_was_moved_or_replaced_is_gone(tmp_path):
-    """Nothing is written where nobody will look for it, and nothing over what is there now."""
-    bag = Bag(tmp_path / 'bag', 'mcap', 'none')
-    bag.add_topic('/camera/image_raw', Image)
-    bag.write('/camera/image_raw', 1, b'')
-    bag.check()
-    (tmp_path / 'bag').rename(tmp_path / 'other')
-    images_bag(tmp_path / 'bag', 1)
-    before = next((tmp_path / 'bag').glob('*.mcap')).read_bytes()
-    for call in (bag.check, bag.flush, bag.close):
-        with pytest.raises(OSError, match='the folder is gone'):
-            call()
-    assert next((tmp_path / 'bag').glob('*.mcap')).read_bytes() == before
-
-
-def test_the_order_of_a_bag_without_its_index_is_that_of_time(tmp_path):
-    """As with the index; what belongs together may be chunks apart."""
-    bag = Bag(tmp_path / 'bag', 'mcap', 'zstd')
-    bag.add_topic('/camera/image_raw', Image)
-    bag.add_topic('/parameters', ParameterEvent)
-    for at in (3, 1, 2, 6, 5, 4):
-        bag.write('/camera/image_raw' if at % 2 else '/parameters', at, bytes(at))
-        bag.flush()
-    bag.close()
-
-    def read():
-        reader = RecordedTopics(tmp_path / 'bag')
-        found = list(reader.messages(reader.names))
-        reader.close()
-        return reader.is_unfinished, found
-    is_unfinished, whole = read()
-    assert not is_unfinished and [at for _, at, _ in whole] == [1, 2, 3, 4, 5, 6]
-    (tmp_path / 'bag' / 'metadata.yaml').unlink()
-    assert read() == (True, whole)
-    (file,) = (tmp_path / 'bag').glob('*.mcap')
-    file.write_bytes(file.read_bytes()[:-20])
-    assert read() == (True, whole)
-
-
-def test_a_folder_without_a_bag_is_refused(tmp_path):
-    """In words."""
-    (tmp_path / 'bag').mkdir()
-    with pytest.raises(BadParameter, match='It has no metadata.yaml, and no file of mcap'):
-        RecordedTopics(tmp_path / 'bag')
-    os.mkfifo(tmp_path / 'bag' / 'x.mcap')
-    with pytest.raises(BadParameter, match='is not a file'):
-        RecordedTopics(tmp_path / 'bag')
 
 
 def test_lockstep_plays_on_after_bytes_without_a_stamp(tmp_path, domain):
