@@ -27,7 +27,7 @@ from flag_sim.animation.tracks import Track
 from flag_sim.parameters import checks
 
 PARTS = ('times', 'values', 'laws', 'turns')
-"""What the keys of a track are given by, each a parameter of its own."""
+"""The parts of a track's keys, each a parameter of its own."""
 
 WORDS = {float: 'numbers', str: 'texts', bool: 'booleans'}
 
@@ -151,7 +151,7 @@ def values_at(timeline: Timeline, time: float, targets: Targets) -> dict[str, ob
 
 
 def warnings(timeline: Timeline) -> dict[str, str]:
-    """Return {track name: what may surprise whoever has set its keys}."""
+    """Return {track name: a warning of keys that may not do what their user expects}."""
     found = {}
     for name, track in timeline.tracks.items():
         for k in track.long_ways()[:1]:

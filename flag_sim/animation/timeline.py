@@ -17,7 +17,7 @@ import bisect
 from collections.abc import Iterable, Mapping
 import math
 
-from flag_sim.animation.tracks import SAME, Track
+from flag_sim.animation.tracks import TIME_TOLERANCE, Track
 from flag_sim.parameters import checks
 from flag_sim.parameters.closed import constant
 
@@ -83,7 +83,7 @@ class Timeline:
         """
         if not self.loop:
             return time
-        lap = max(math.ceil((time - SAME - self.end) / self.length), 0)
+        lap = max(math.ceil((time - TIME_TOLERANCE - self.end) / self.length), 0)
         return time - lap * self.length
 
     def crossed(self, after: float, until: float) -> list[tuple[float, str]]:
@@ -91,7 +91,7 @@ class Timeline:
         Return [(time [s], name)] of the keys and events in (after, until] [s], in their order.
 
         In a loop the end of one round is the beginning of the next: a mark on both counts once.
-        A mark within SAME of an edge is at it.
+        A mark within TIME_TOLERANCE of an edge is at it.
         """
         found = []
         for lap in self._laps(after, until):
@@ -99,7 +99,8 @@ class Timeline:
             # Compared is the mark's own time, lap and all, which is the same for every frame:
             # one rounding more and frames at the end of a round would lose or double marks.
             first, last = (
-                bisect.bisect_right(self._times, edge + SAME, key=lambda time: shift + time)
+                bisect.bisect_right(self._times, edge + TIME_TOLERANCE,
+                                    key=lambda time: shift + time)
                 for edge in (after, until))
             found += [(shift + time, name) for time, name in self._marks[first:last]
                       if lap == 0 or time > self.begin or name not in self._at_end]

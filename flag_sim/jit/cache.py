@@ -32,8 +32,10 @@ from pathlib import Path
 import stat
 import tempfile
 
+from flag_sim.jit.compilers import PartLibrary
 import numba
 from numba.core.caching import FunctionCache, NullCache
+from numba.core.compiler import compile_result
 
 PACKAGE = Path(__file__).resolve().parents[1]
 WITHOUT_KERNELS = ('animation', 'declarations', 'nodes', 'parameters', 'protocol', 'ros', 'study',
@@ -131,6 +133,26 @@ class _CacheImpl(FunctionCache._impl_class):
     _locator_classes = [_Locator]
 
 
+class _PartLocator(_Locator):
+    """Keeps what callers copy of a kernel beside the kernel's machine code."""
+
+    def get_disambiguator(self):
+        return f'{super().get_disambiguator()}-part'
+
+
+class _PartCacheImpl(_CacheImpl):
+    _locator_classes = [_PartLocator]
+
+    def rebuild(self, target_context, payload):
+        """Return what was compiled, as numba's own does, but without an executable."""
+        library, fndesc, environment, signature, objectmode, lifted, annotation, *loads = payload
+        return compile_result(
+            target_context=target_context, typing_context=target_context.typing_context,
+            library=PartLibrary.kept(target_context.codegen(), library), environment=environment,
+            entry_point=object(), fndesc=fndesc, type_annotation=annotation, signature=signature,
+            objectmode=objectmode, lifted=lifted, reload_init=loads[0], referenced_envs=loads[1])
+
+
 _missed = []  # kernels that no cache held: each was compiled by this process
 
 
@@ -157,6 +179,12 @@ class KernelCache(FunctionCache):
         return found
 
 
+class PartCache(KernelCache):
+    """What other kernels copy of a kernel, on the disk."""
+
+    _impl_class = _PartCacheImpl
+
+
 class NoKernelCache(NullCache):
     """For a machine without a folder that can be trusted: every start compiles."""
 
@@ -168,9 +196,9 @@ class NoKernelCache(NullCache):
         _missed.append(self._name)
 
 
-def kernel_cache(function: Callable) -> KernelCache | NoKernelCache:
-    """Return where a kernel's machine code is kept, if it can be kept safely anywhere."""
+def kernel_cache(kind: type[KernelCache], function: Callable) -> KernelCache | NoKernelCache:
+    """Return a cache of that kind for a kernel, if anything can be kept safely anywhere."""
     try:
-        return KernelCache(function)
+        return kind(function)
     except RuntimeError:  # of numba, without a locator
         return NoKernelCache(function)

@@ -29,6 +29,19 @@ What is beyond is most often meant in degrees.
 """
 
 
+def as_typed(number: float) -> str:
+    """Return a number rounded to six digits, as YAML 1.1 and so `ros2 param set` takes it."""
+    mantissa, e, exponent = f'{number:g}'.partition('e')
+    # YAML reads 1e+09 as a text, and 1.0e+09 as a number.
+    return mantissa + ('.0' if e and '.' not in mantissa else '') + e + exponent
+
+
+def _as_python(value):
+    """Return a list or a number for one of numpy or of the module array, else the value."""
+    is_array = hasattr(value, 'tolist') and not isinstance(value, type)
+    return value.tolist() if is_array else value
+
+
 @dataclasses.dataclass(frozen=True)
 class Declaration:
     """
@@ -69,7 +82,7 @@ class Declaration:
         """Return the range as people read it, `0.1 to 10`; empty where there is none."""
         if self.low is None:
             return ''
-        low, high = (f'{end:g}' if self.kind is float else f'{end}'
+        low, high = (as_typed(end) if self.kind is float else f'{end}'
                      for end in (self.low, self.high))
         return f'{low} to {high}'
 
@@ -96,7 +109,7 @@ class Declaration:
         Raises ValueError, with the rule and the value, for a value out of range and for one of
         another type, but that a whole number is taken for a number.
         """
-        value = value.tolist() if hasattr(value, 'tolist') else value
+        value = _as_python(value)
         if not self.is_list:
             accepted = self._accept_one(value)
         elif isinstance(value, (list, tuple)) and self.length in (None, len(value)):
@@ -115,7 +128,7 @@ class Declaration:
         Beside what `accept` does, 3.0 is a whole number: ROS parameters are of one type each,
         and it is of another there.
         """
-        value = value.tolist() if hasattr(value, 'tolist') else value
+        value = _as_python(value)
         if self.kind is int and isinstance(value, float) and value.is_integer():
             value = int(value)
         accepted = self.accept(value, name)

@@ -12,15 +12,15 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What is worth a line in a log: a reason once in a while, a wait when it is long."""
+"""Which lines to log: the same reason at most every few seconds, a wait once it is long."""
 import re
 from typing import NamedTuple
 
-PATIENCE = 2.0
-"""How long a wait may last before it is logged [s]: while others start, frames come late."""
+LOG_WAIT_AFTER = 2.0
+"""How long a wait may last before it is logged [s]: while nodes start, frames come late."""
 WARN_EVERY = 5.0
-"""Between lines with the same reason [s]."""
-MOST_REASONS = 8
+"""How often a line with the same reason may be logged [s]."""
+MAX_REASONS = 8
 """Different reasons logged within WARN_EVERY: a broken sender must not fill the log."""
 
 
@@ -35,7 +35,7 @@ class Refusals:
     """
     Decides which refusals to log: a new reason at once, the same again only now and then.
 
-    Reasons that differ in their numbers alone are the same.
+    Reasons that differ only in their numbers count as the same.
     """
 
     def __init__(self):
@@ -45,7 +45,7 @@ class Refusals:
         """Return whether to log a reason at steady time `now` [s]; it then counts as logged."""
         reason = re.sub(r'[\d.]+', '', reason)
         self._logged = {r: at for r, at in self._logged.items() if now - at < WARN_EVERY}
-        if reason in self._logged or len(self._logged) >= MOST_REASONS:
+        if reason in self._logged or len(self._logged) >= MAX_REASONS:
             return False
         self._logged[reason] = now
         return True
@@ -54,7 +54,7 @@ class Refusals:
 class Waiting:
     """Logs what a node waits for once it has waited for `patience` [s], and when that ends."""
 
-    def __init__(self, patience: float = PATIENCE):
+    def __init__(self, patience: float = LOG_WAIT_AFTER):
         self._patience = patience
         self._since = None  # steady time at which the present wait began [s]
         self._served = 0

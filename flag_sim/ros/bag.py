@@ -56,8 +56,9 @@ class Bag:
     A new bag at `path`; nothing that exists is overwritten.
 
     storage: 'mcap' or 'sqlite3'; compression: 'none' or 'zstd' (of the file's chunks, which every
-    reader understands; only mcap has it). A bag whose writer is killed keeps all that was written before
-    the last `flush`, and `RecordedTopics` reads it. Raises BadParameter where it cannot be opened.
+    reader understands; only mcap has it). A bag whose writer is killed keeps all that was written
+    before the last `flush`, and `RecordedTopics` reads it. Raises BadParameter where it cannot be
+    opened.
     """
 
     def __init__(self, path: str, storage: str, compression: str):

@@ -65,7 +65,7 @@ class _Mcap(McapReader):
 
     is_cut = False
 
-    def open(self):
+    def open(self):  # noqa: A003
         opened(self.path).close()
         super().open()
 
@@ -123,7 +123,7 @@ class _Sqlite(Sqlite3Reader):
 
     is_cut = False
 
-    def open(self):
+    def open(self):  # noqa: A003
         opened(self.path).close()
         for ending in ('-journal', '-wal'):
             left = Path(f'{self.path}{ending}')
@@ -146,7 +146,7 @@ class _Folder(DirectoryReader):
 
     STORAGE_PLUGINS = {'mcap': _Mcap, 'sqlite3': _Sqlite}
 
-    def open(self):
+    def open(self):  # noqa: A003
         with opened(self.path / 'metadata.yaml', LARGEST_METADATA) as file:
             for event in yaml.parse(file, getattr(yaml, 'CSafeLoader', yaml.SafeLoader)):
                 if isinstance(event, yaml.AliasEvent):  # a few of them make much of little

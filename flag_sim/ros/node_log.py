@@ -12,19 +12,19 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""A node's log, for what would otherwise be written with every message."""
+"""A throttled log of a node: the same reason is not written with every message."""
 from collections.abc import Callable
 import time
 
 from flag_sim.protocol.throttled_log import Entry, Refusals, Waiting
 from rclpy.node import Node
 
-LOOK_AGAIN = 0.5
-"""Between looks at what a node waits for [s]."""
+POLL_PERIOD = 0.5
+"""How often to check what a node waits for [s]."""
 
 
 class NodeLog:
-    """Writes to the log of `node` what protocol.throttled_log finds worth it."""
+    """Writes to the log of `node` the entries that protocol.throttled_log lets pass."""
 
     def __init__(self, node: Node):
         self._node = node
@@ -65,4 +65,4 @@ class NodeLog:
             entry = waiting.look(missing(), served(), time.monotonic())
             if entry is not None:
                 self.write(entry)
-        self._node.create_timer(LOOK_AGAIN, look)
+        self._node.create_timer(POLL_PERIOD, look)

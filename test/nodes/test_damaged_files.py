@@ -145,8 +145,8 @@ def test_metadata_that_refer_to_themselves_are_refused(tmp_path):
     lines = ['a0: &a0 [x]'] + [f'a{n}: &a{n} [{", ".join([f"*a{n - 1}"] * 9)}]'
                                for n in range(1, 10)]
     metadata.write_text('\n'.join(lines) + '\n' + metadata.read_text().replace(
-        'compression_mode: \'\'', 'compression_mode: file').replace(
-        'compression_format: \'\'', 'compression_format: *a9'))
+        "compression_mode: ''", 'compression_mode: file').replace(
+        "compression_format: ''", 'compression_format: *a9'))
     assert read_bag(tmp_path / 'bag') == -1
 
 

@@ -67,7 +67,8 @@ def test_keys_may_be_nested(tmp_path):
     ('ssh-ed25519 AAAA me@home\n', 'holds something else'), ('a: {b: 1}', 'holds something else'),
     ('a: [{ros__parameters: {}}]', 'holds something else'), ('{[a]: {}}', 'a key is not a text'),
     ('a: &a {b: *a}', 'has an alias'), ('a: ' * 100, 'holds something else'),
-    ('{a: ' * 100 + '}' * 100, 'more than 64 levels'), ('a: {ros__parameters: ' + '[' * 10**5, 'not YAML|levels'),
+    ('{a: ' * 100 + '}' * 100, 'more than 64 levels'),
+    ('a: {ros__parameters: ' + '[' * 10**5, 'not YAML|levels'),
     (b'\xff\xfe\x00', 'not YAML'), (b'\x00', 'not YAML')])
 def test_what_is_no_params_file_is_refused(tmp_path, content, said):
     """In a line, whatever it is; nothing is made of its content."""
