@@ -17,14 +17,13 @@ from collections.abc import Sequence
 import contextlib
 import ctypes
 import os
-from pathlib import Path
 import signal
 import socket
 import sys
 import threading
 
 from flag_sim.declarations.usage import asks_for_help, usage
-from flag_sim.parameters.file_targets import given_files, is_meant, keys_of
+from flag_sim.parameters.file_targets import given_files, is_meant, keys_in
 from flag_sim.protocol.notify import NotifySender
 from flag_sim.ros.dds_profile import set_dds_profile
 from flag_sim.ros.parameter_node import BadParameter, ParameterNode
@@ -33,7 +32,6 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from rclpy.utilities import remove_ros_args
-import yaml
 
 
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # of glibc's malloc.h
@@ -131,7 +129,10 @@ def _report_unused_files(node, arguments):
     """Log which of the params files in `arguments` have nothing for the node."""
     name = node.get_fully_qualified_name()
     for path in given_files(arguments):
-        keys = keys_of(yaml.safe_load(Path(path).read_text()))
+        try:
+            keys = keys_in(path)
+        except (OSError, ValueError):
+            continue  # a pipe, which was read; or what rclpy alone can read
         if any(is_meant(key, name) for key in keys):
             continue
         text = (f'nothing in {path} is meant for {name}; it has parameters for '
