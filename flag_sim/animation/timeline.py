@@ -22,6 +22,7 @@ from flag_sim.parameters import checks
 from flag_sim.parameters.closed import constant
 
 SHORTEST_ROUND = 1e-3  # of a loop [s]: a frame goes through all of its rounds
+MOST_CROSSED = 100_000  # marks of many rounds that are crossed at once; of more the latest
 
 
 def nearest_frame(time: float, rate: float) -> float:
@@ -109,8 +110,9 @@ class Timeline:
         """Return the rounds that may have marks in (after, until], one more at either side."""
         if not self.loop:
             return range(1)
-        return range(max(int((after - self.begin) // self.length) - 1, 0),
-                     int((until - self.begin) // self.length) + 2)
+        end = int((until - self.begin) // self.length) + 2
+        most = 3 + MOST_CROSSED // len(self._marks)
+        return range(max(int((after - self.begin) // self.length) - 1, end - most, 0), end)
 
 
 def _event(time, name):

@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """The wind node: plays the wind and the keyframes, and decides when a frame happens."""
+import collections
 from collections.abc import Mapping, Sequence
 import sys
 import time
@@ -26,6 +27,7 @@ from flag_sim.protocol.clock import FrameClock
 from flag_sim.protocol.frames import next_take
 from flag_sim.protocol.missed_frames import MissedFrames
 from flag_sim.protocol.take import Take
+from flag_sim.protocol.throttled_log import Entry
 from flag_sim.ros import frame_message, messages
 from flag_sim.ros.animation_node import AnimationNode
 from flag_sim.ros.delivery import check_delivery, Delivery
@@ -35,6 +37,8 @@ from flag_sim.ros.topics import publish, subscribe
 from geometry_msgs.msg import Vector3, Vector3Stamped
 from rosgraph_msgs.msg import Clock as ClockMessage
 
+MOST_CROSSED = 4096
+"""Keys and events that are announced with one frame; of more the latest."""
 LOOK_AGAIN = 0.2
 """Between looks of lockstep for overdue frames [s]."""
 REPORT = 5.0
@@ -54,6 +58,7 @@ class Wind(AnimationNode):
         self._clock_out = publish(self, '/clock') if self.values['publish_clock'] else None
         self._message = frame_message.FrameMessage(self.get_fully_qualified_name())
         self._delivery = Delivery(self, self._send_again, self._on_done)
+        self._crossed = collections.deque(maxlen=MOST_CROSSED)  # keys that are to be announced
         self._missed = MissedFrames()
         self._last_look = time.monotonic(), time.process_time()  # of real time at what is due [s]
         self._reset_since = None  # steady time at which a reset was asked for [s]
@@ -116,6 +121,7 @@ class Wind(AnimationNode):
         self._take = Take(next_take(self._take.number if self._take else 0), clock,
                           self.values['frames'], messages.LATEST)
         self._delivery.clear()
+        self._crossed.clear()
         self._wind_source = WindSource(self.values, self.timeline)
 
     def _set_timer(self):
@@ -151,7 +157,7 @@ class Wind(AnimationNode):
         if self.values['pace'] == 'realtime' or not len(self._delivery) or waited:
             self._reset_since = None
             self._begin_take()
-            self.get_logger().info('reset: back to the first frame', throttle_duration_sec=1.0)
+            self._log.write_few(Entry('info', 'reset: back to the first frame'), 'reset')
 
     def _end_if_done(self, now):
         if self._reset_since is not None or self.ended.done() or not self._take.is_over:
@@ -176,6 +182,7 @@ class Wind(AnimationNode):
     def _send_again(self, sent):
         sent.frame = sent.frame._replace(oldest=sent.frame.index)
         self._parameters_out.publish(self._message.fill(sent.frame, *sent.message))
+        self._publish_wind(sent.frame.stamp, sent.message[0])
 
     def _on_done(self):
         if self.values['pace'] == 'lockstep':
@@ -218,24 +225,31 @@ class Wind(AnimationNode):
             self._publish_crossed(at)
             if self._clock_out is not None:
                 self._clock_out.publish(ClockMessage(clock=messages.to_time(frame.stamp)))
-            if self._wind_out.get_subscription_count():
-                self._wind_out.publish(Vector3Stamped(
-                    header=messages.header(frame.stamp, messages.WORLD),
-                    vector=Vector3(x=wind[0], y=wind[1], z=wind[2])))
+            self._publish_wind(frame.stamp, wind)
         self._stopwatch.frames += 1
         self._missed.frames['sent'] += 1
         self._take.sent()
+
+    def _publish_wind(self, stamp, wind):
+        """Publish the wind of the frame at `stamp` [ns], if somebody listens."""
+        if self._wind_out.get_subscription_count():
+            self._wind_out.publish(Vector3Stamped(
+                header=messages.header(stamp, messages.WORLD),
+                vector=Vector3(x=wind[0], y=wind[1], z=wind[2])))
 
     def _publish_crossed(self, at):
         """
         Publish the keys and events that take effect in the frame that is `at` [ns] in the take.
 
-        A key at the time of the frame has exactly its stamp, whichever way that was rounded.
+        A key at the time of the frame has exactly its stamp, whichever way that was rounded. What
+        could not be sent leaves with the next frame.
         """
         for key, name in self.timeline.crossed(self._take.previous / 1e9, at / 1e9):
             is_now = key >= at / 1e9 - SAME
-            self._keyframe_out.publish(messages.header(
+            self._crossed.append(messages.header(
                 self._take.clock.offset + (at if is_now else round(key * 1e9)), name))
+        while self._crossed and self._keyframe_out.publish(self._crossed[0]):
+            self._crossed.popleft()
 
     # Reports.
 
@@ -243,7 +257,7 @@ class Wind(AnimationNode):
         """Warn of frames that were missed, and of another wind."""
         self._report_missed()
         if self.count_publishers('parameters') > 1:
-            self.get_logger().warning(ANOTHER)
+            self._log.warn(ANOTHER)
 
     def _report_missed(self):
         """Warn of frames that were missed since the last time."""

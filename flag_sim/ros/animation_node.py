@@ -21,8 +21,8 @@ from flag_sim.animation.timeline import Timeline
 from flag_sim.declarations.keyable import TARGETS
 from flag_sim.parameters.declaration import Declaration
 from flag_sim.parameters.params_file import check_path, save_parameters
+from flag_sim.protocol.throttled_log import Entry
 from flag_sim.ros.companions import Companions
-from flag_sim.ros.parameter_groups import GroupParameterService
 from flag_sim.ros.parameter_node import ParameterNode, to_parameter
 
 
@@ -44,11 +44,9 @@ class AnimationNode(ParameterNode):
     def __init__(self, name: str, declarations: Iterable[Declaration]):
         self._read = None, None  # the parts that were read last, and their Timeline
         self._warned = set()     # the tracks whose present keys have been warned of
-        super().__init__(name, declarations, allow_undeclared_parameters=True,
-                         start_parameter_services=False)
+        super().__init__(name, declarations, allow_undeclared_parameters=True)
         self.timeline = self._timeline_of(self.values)
         self._warn_of_keys()
-        self._group_service = GroupParameterService(self, is_part)
         self._saved = None  # the companions that are in the file that was saved last
         self.companions = Companions(self, self._on_answer, self._on_change)
 
@@ -69,10 +67,14 @@ class AnimationNode(ParameterNode):
         """Warn once of what may surprise whoever has set a track's keys."""
         found = keys.warnings(self.timeline)
         for name in found.keys() - self._warned:
-            self.get_logger().warning(found[name])
+            self._log.write_few(Entry('warning', found[name]), 'keys')
         self._warned = set(found)
 
     # Parameters.
+
+    def is_part(self, name: str) -> bool:
+        """Return whether a parameter is part of the animation."""
+        return is_part(name)
 
     def adopt(self, given: dict) -> None:
         """Take the keys of all tracks, those too that are not named in `tracks` yet."""
@@ -128,7 +130,7 @@ class AnimationNode(ParameterNode):
             save_parameters(self.values['save_to'], self.get_fully_qualified_name(), self.values,
                             others, lacking)
         except OSError as error:
-            self.get_logger().error(f'cannot save {self.values["save_to"]}: {error}')
+            self._log.error(f'cannot save {self.values["save_to"]}: {error}')
 
     def _on_answer(self, companion):
         """Complete a file that was saved before this companion had sent its values."""
@@ -151,12 +153,12 @@ class AnimationNode(ParameterNode):
             changes = with_key(self.values, track, self.now(), value, old,
                                reach=0.5 / self.values['rate'], targets=TARGETS)
         except ValueError as error:
-            self.get_logger().warning(f'no key was made: {error}')
+            self._log.warn(f'no key was made: {error}', 'autokey')
             return False
         if not changes:
             return False
         result = self.set_parameters_atomically(
             [to_parameter(name, new) for name, new in changes.items()])
         if not result.successful:
-            self.get_logger().warning(f'no key was made: {result.reason}')
+            self._log.warn(f'no key was made: {result.reason}', 'autokey')
         return result.successful

@@ -20,10 +20,12 @@ from flag_sim.parameters.declaration import Declaration
 from flag_sim.protocol.frames import Arrival, FrameId, FrameOrder
 from flag_sim.ros import frame_message
 from flag_sim.ros.diagnostics import compute_time, Diagnostics, ERROR, OK
-from flag_sim.ros.node_log import NodeLog
 from flag_sim.ros.parameter_node import ParameterNode
 from flag_sim.ros.topics import subscribe
 import numpy as np
+
+MOST_ANSWERS = FrameOrder.LARGEST_WINDOW
+"""Frames of which the answer is kept: as many as a sender can have in flight."""
 
 
 class FrameNode(ParameterNode):
@@ -39,7 +41,6 @@ class FrameNode(ParameterNode):
         self._order = FrameOrder()
         self._inputs = {}   # (wind, keyed values) by frame, of frames that may yet be served
         self._answers = {}  # (index, answer) by stamp, of frames that may be asked for again
-        self._log = NodeLog(self)
         self._good = None   # values that the take's last frame was served with
         self._clash = ''    # why keyed values of the last frame could not be used
         # The network cannot deliver before it is spun, and it is spun only once all is ready.
@@ -114,7 +115,7 @@ class FrameNode(ParameterNode):
             except ValueError as error:
                 self._clash = ('keyed values are refused, the frame keeps those of the one '
                                f'before: {error}')
-                self._log.error(self._clash)
+                self._log.error(self._clash, 'keyed values')
                 values = self._good or dict(self.values)
         self._good = values
         return values
@@ -151,6 +152,8 @@ class FrameNode(ParameterNode):
             with self._stopwatch.measure('work'):
                 answer = self.work(frame, wind, self._merge(keyed))
             self._answers[frame.stamp] = frame.index, answer
+            if len(self._answers) > MOST_ANSWERS:  # only a broken sender asks for more
+                del self._answers[next(iter(self._answers))]
             self._stopwatch.frames += 1
             self.answer(frame.stamp, answer)
 
@@ -163,7 +166,7 @@ class FrameNode(ParameterNode):
 
     def refuse(self, topic: str, error: ValueError) -> None:
         """Warn of a message that cannot be used."""
-        self._log.warn(f'a message on {topic} is refused: {error}')
+        self._log.warn(f'a message on {topic} is refused: {error}', topic)
 
     def close(self) -> None:
         """Log where the time went."""
