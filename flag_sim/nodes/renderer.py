@@ -101,8 +101,8 @@ class Renderer(FrameNode):
         return frame.stamp in self._clouds
 
     def _on_vertices(self, message, info):
-        stamp = messages.to_stamp(message.header.stamp)
         try:
+            stamp = messages.checked_stamp(message.header.stamp)
             cloud = messages.read_cloud(message)
         except ValueError as error:
             self.refuse('vertices', error)

@@ -28,6 +28,11 @@ Directions [rad] go one turn to either side, so that a track may pass through ha
 What is beyond is most often meant in degrees.
 """
 
+MOST_CHARACTERS = 4096
+"""Of a text: the longest path that Linux takes."""
+MOST_VALUES = 4_000_000
+"""Of a list of any length."""
+
 
 @dataclasses.dataclass(frozen=True)
 class Declaration:
@@ -100,6 +105,9 @@ class Declaration:
         if not self.is_list:
             accepted = self._accept_one(value)
         elif isinstance(value, (list, tuple)) and self.length in (None, len(value)):
+            if len(value) > MOST_VALUES:
+                raise ValueError(f'{name or self.name} must have at most {MOST_VALUES} values, '
+                                 f'not {len(value)}')
             accepted = [self._accept_one(one) for one in value]
             accepted = None if None in accepted else accepted
         else:
@@ -127,6 +135,9 @@ class Declaration:
             return self._accept_number(one)
         if type(one) is not self.kind or (self.choices and one not in self.choices):
             return None
+        if self.kind is str and len(one) > MOST_CHARACTERS:
+            raise ValueError(f'{self.name} must have at most {MOST_CHARACTERS} characters, '
+                             f'not {len(one)}')
         return one if self.low is None or self.low <= one <= self.high else None
 
     def _accept_number(self, one):

@@ -43,6 +43,7 @@ class AnimationNode(ParameterNode):
 
     def __init__(self, name: str, declarations: Iterable[Declaration]):
         self._read = None, None  # the parts that were read last, and their Timeline
+        self._made = {}          # the tracks of that reading
         self._warned = set()     # the tracks whose present keys have been warned of
         super().__init__(name, declarations, allow_undeclared_parameters=True)
         self.timeline = self._timeline_of(self.values)
@@ -60,7 +61,7 @@ class AnimationNode(ParameterNode):
         more = ['loop', 'snap_keys', *['rate'] * values['snap_keys']]
         parts = {name: value for name, value in values.items() if is_part(name) or name in more}
         if parts != self._read[0]:  # ten thousand keys take a while
-            self._read = parts, keys.read_timeline(values, TARGETS)
+            self._read = parts, keys.read_timeline(values, TARGETS, self._made)
         return self._read[1]
 
     def _warn_of_keys(self):
@@ -151,7 +152,8 @@ class AnimationNode(ParameterNode):
         """Make a key of what a user has set, if it is one; return whether there is a new key."""
         try:
             changes = with_key(self.values, track, self.now(), value, old,
-                               reach=0.5 / self.values['rate'], targets=TARGETS)
+                               reach=0.5 / self.values['rate'], targets=TARGETS,
+                               present=self.timeline.tracks.get(track))
         except ValueError as error:
             self._log.warn(f'no key was made: {error}', 'autokey')
             return False
