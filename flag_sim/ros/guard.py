@@ -54,6 +54,22 @@ def spin_guarded(node: Node, until: Future, spin_once: Callable[[], None] | None
             if not node.context.ok():
                 return
             log.error(f'a callback failed, the node goes on: {cause(error)}', 'callbacks')
+            _release(node)
+
+
+def _release(node):
+    """
+    Let all callbacks of a node run again, none of which is running now.
+
+    rclpy leaves one that fails while its message is taken from the middleware marked as running,
+    and its group with it: no other one of the group would ever be called again.
+    """
+    for entity in (*node.timers, *node.subscriptions, *node.guards, *node.clients,
+                   *node.services, *node.waitables):
+        group = entity.callback_group
+        if getattr(entity, '_executor_event', False) and group is not None:
+            entity._executor_event = False
+            group.ending_execution(entity)
 
 
 class GuardedPublisher:

@@ -14,21 +14,27 @@
 
 """What ends no node: requests that are no requests, callbacks that raise, a failing middleware."""
 import importlib
+import random
 
 from flag_sim.declarations.nodes import NODES
+from flag_sim.protocol.frames import FrameId
 from flag_sim.protocol.throttled_log import MOST_CHARACTERS
-from flag_sim.ros import guard
+from flag_sim.ros import guard, messages
 from flag_sim.ros.guard import spin_guarded
 from flag_sim.ros.topics import publish
 from flag_sim.tools.graph import Graph
+import numpy as np
 import pytest
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 import rclpy
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter as OwnParameter
+from rclpy.serialization import serialize_message
 from rclpy.task import Future
 from std_msgs.msg import Header
+from support.frames import parameters_message
 from support.nodes import call, made
 from support.watch import eventually, Watcher
 
@@ -115,6 +121,58 @@ def test_what_a_callback_raises_is_told_once_and_the_next_one_runs(domain, capfd
     assert len(called) == 21
     assert len(lines) == 1 and len(lines[0]) < MOST_CHARACTERS + 100
     assert 'a callback failed, the node goes on: OverflowError (test_guard.py:' in lines[0]
+
+
+def test_a_message_that_cannot_be_taken_stops_no_other_callback(domain, capfd, monkeypatch):
+    """Although rclpy leaves its callback, and the group of it, marked as running."""
+    take, failed, called = SingleThreadedExecutor._take_timer, [], []
+
+    def failing(self, timer):
+        if len(failed) < 3:
+            failed.append(timer)
+            timer.handle.call_timer_with_info()
+            raise RuntimeError('cannot take')
+        return take(self, timer)
+    monkeypatch.setattr(SingleThreadedExecutor, '_take_timer', failing)
+    with rclpy.init(domain_id=domain):
+        node, over = Node('taking'), Future()
+
+        def count():
+            called.append(1)
+            if len(called) == 5:
+                over.set_result(0)
+        for _ in range(2):
+            node.create_timer(0.001, count)
+        spin_guarded(node, over)
+        node.destroy_node()
+    assert len(failed) == 3 and len(called) >= 5
+    assert capfd.readouterr().err.count('RuntimeError (test_guard.py') == 1
+
+
+def test_bytes_that_are_no_message_stop_no_node(tmp_path, domain):
+    """Sent by the middleware as they are, on all that a renderer hears; the next frame is drawn."""
+    draw = random.Random(3)
+    with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
+        graph.start('renderer', '-p', 'width:=32', '-p', 'height:=24')
+        out = {name: watcher.publisher(name) for name in ('parameters', 'vertices')}
+        images = watcher.listen('camera/image_raw')
+        eventually(lambda: all(one.get_subscription_count() for one in out.values()), watcher)
+        flat = np.zeros((2, 2, 3))
+        cloud = messages.cloud_message(0, flat, flat)
+        good = serialize_message(cloud)
+        for _ in range(300):
+            data = bytearray(good[:draw.randrange(4, len(good))])
+            for _ in range(draw.randrange(4)):
+                data[draw.randrange(len(data))] = draw.randrange(256)
+            assert out['vertices'].publish(bytes(data)) and out['parameters'].publish(bytes(data))
+            watcher.spin(0.0)
+        frame = parameters_message('/x', FrameId(0, 1, 0, 0), np.zeros(3), {})
+        eventually(lambda: out['parameters'].publish(frame) and out['vertices'].publish(cloud)
+                   and images, watcher)
+        assert graph.end('renderer') == 0
+        assert 'Traceback' not in graph.log('renderer')
+        told = [line for line in graph.log('renderer').splitlines() if '[renderer]' in line]
+        assert len(told) < 30 and max(map(len, told)) < MOST_CHARACTERS + 100
 
 
 def test_a_context_that_is_shut_down_ends_the_spinning(domain):
