@@ -31,7 +31,7 @@ from support.fuzz import CHANGES, MESSAGES, mutilated, parameters_of, TEXTS
 from support.nodes import call, made
 from support.soak import SOAK
 
-EXAMPLES = 3000 if SOAK else 15
+EXAMPLES = 1000 if SOAK else 15
 """Examples a test and node; each is up to ten inputs."""
 GENTLE = settings(
     max_examples=EXAMPLES, deadline=None, database=None, derandomize=not SOAK,
