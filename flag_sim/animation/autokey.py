@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Autokey: a value that a user sets while a shot plays becomes a key (the source's 1.5)."""
+"""Autokey: a value that a user sets while a shot plays becomes a key (the source's sec. 1.5)."""
 import bisect
 from collections.abc import Mapping
 import math
@@ -22,7 +22,7 @@ from flag_sim.animation.targets import Targets
 from flag_sim.animation.tracks import Track, TURN
 
 ROUNDING = 1e-9
-"""Of a direction from which turns are taken off and put on again [rad]."""
+"""Rounding error of a direction after whole turns are subtracted and added again [rad]."""
 
 
 def with_key(values: Mapping, track: str, time: float, value: object, old: object, *,

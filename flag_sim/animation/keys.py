@@ -26,9 +26,9 @@ from flag_sim.animation.tracks import Track
 from flag_sim.parameters import checks
 
 PARTS = ('times', 'values', 'laws', 'turns')
-"""What the keys of a track are given by, each a parameter of its own."""
+"""The parts of a track's keys, each a parameter of its own."""
 
-MOST_VALUES = 4_000_000
+MAX_VALUES = 4_000_000
 """Of one parameter: the coordinates of more than a million keys."""
 WORDS = {float: 'numbers', str: 'texts', bool: 'booleans'}
 
@@ -67,8 +67,8 @@ def accept_keys(name: str, value: object, targets: Targets) -> list | bool:
     if not isinstance(value, (list, tuple)) and not hasattr(value, 'tolist'):
         raise ValueError(f'{name} must be a list, not {value!r}')
     item, value = item_of(name, targets), list(value)
-    if len(value) > MOST_VALUES:
-        raise ValueError(f'{name} must hold at most {MOST_VALUES} values, not {len(value)}')
+    if len(value) > MAX_VALUES:
+        raise ValueError(f'{name} must hold at most {MAX_VALUES} values, not {len(value)}')
     if set(map(type, value)) == {item}:
         return value
     return [_accept_item(name, one, item) for one in value]
@@ -160,7 +160,7 @@ def values_at(timeline: Timeline, time: float, targets: Targets) -> dict[str, ob
 
 
 def warnings(timeline: Timeline) -> dict[str, str]:
-    """Return {track name: what may surprise whoever has set its keys}."""
+    """Return {track name: a warning of keys that may not do what their user expects}."""
     found = {}
     for name, track in timeline.tracks.items():
         for k in track.long_ways()[:1]:

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Laws of motion between two neighbouring keys: interpolation, one segment at a time.
+Key laws: interpolation between two neighbouring keys, one segment at a time.
 
 Between keys (t0, y0) and (t1, y1) a law is a function of f = (t - t0) / (t1 - t0), in [0, 1), and
 of the values `before` = y0 and `after` = y1.
@@ -69,7 +69,7 @@ def cubic(fraction: float, before: float, after: float, slope_before: float,
 
 
 LAWS = {'step': step, 'linear': linear, 'ease': ease, 'cubic': cubic}
-"""Law by name."""
+"""Key laws by name."""
 
 STEPPED = (bool, np.bool_, str)
 """Types that have no states in between: only `step` can lead from one value to the next."""

@@ -22,7 +22,7 @@ from flag_sim.parameters.declaration import Declaration
 import numpy as np
 
 LARGEST_ANGLE = 1e6
-"""Of a direction that turns [rad]: there float64 still tells 1e-10 apart."""
+"""Greatest angle of a track with `turns` [rad]: float64 still resolves 1e-10 there."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)  # by identity: lists of defaults have no hash

@@ -17,12 +17,12 @@ import bisect
 from collections.abc import Iterable, Mapping
 import math
 
-from flag_sim.animation.tracks import SAME, Track
+from flag_sim.animation.tracks import TIME_TOLERANCE, Track
 from flag_sim.parameters import checks
 from flag_sim.parameters.closed import constant
 
 SHORTEST_ROUND = 1e-3  # of a loop [s]: a frame goes through all of its rounds
-MOST_CROSSED = 100_000  # marks of many rounds that are crossed at once; of more the latest
+MAX_CROSSED = 100_000  # marks of many rounds that are crossed at once; of more the latest
 
 
 def nearest_frame(time: float, rate: float) -> float:
@@ -84,7 +84,7 @@ class Timeline:
         """
         if not self.loop:
             return time
-        lap = max(math.ceil((time - SAME - self.end) / self.length), 0)
+        lap = max(math.ceil((time - TIME_TOLERANCE - self.end) / self.length), 0)
         return time - lap * self.length
 
     def crossed(self, after: float, until: float) -> list[tuple[float, str]]:
@@ -92,7 +92,7 @@ class Timeline:
         Return [(time [s], name)] of the keys and events in (after, until] [s], in their order.
 
         In a loop the end of one round is the beginning of the next: a mark on both counts once.
-        A mark within SAME of an edge is at it.
+        A mark within TIME_TOLERANCE of an edge is at it.
         """
         found = []
         for lap in self._laps(after, until):
@@ -100,7 +100,8 @@ class Timeline:
             # Compared is the mark's own time, lap and all, which is the same for every frame:
             # one rounding more and frames at the end of a round would lose or double marks.
             first, last = (
-                bisect.bisect_right(self._times, edge + SAME, key=lambda time: shift + time)
+                bisect.bisect_right(self._times, edge + TIME_TOLERANCE,
+                                    key=lambda time: shift + time)
                 for edge in (after, until))
             found += [(shift + time, name) for time, name in self._marks[first:last]
                       if lap == 0 or time > self.begin or name not in self._at_end]
@@ -111,7 +112,7 @@ class Timeline:
         if not self.loop:
             return range(1)
         end = int((until - self.begin) // self.length) + 2
-        most = 3 + MOST_CROSSED // len(self._marks)
+        most = 3 + MAX_CROSSED // len(self._marks)
         return range(max(int((after - self.begin) // self.length) - 1, end - most, 0), end)
 
 

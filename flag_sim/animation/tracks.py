@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Tracks: one keyed value through time (the source text's keys and key frames, 1.5).
+Tracks: one keyed value through time (the source text's key frames, sec. 1.5).
 
 What Blender calls an F-curve and glTF an animation sampler: keys, a law of interpolation for each
 segment between two of them, and constant extrapolation outside.
@@ -30,11 +30,11 @@ from flag_sim.parameters.closed import constant
 import numpy as np
 
 TURN = 2.0 * math.pi
-AS_TYPED = 1e-3  # by how much an angle that is typed with three decimals may miss [rad]
-HALF_TURN = 0.5 * TURN + AS_TYPED
-LONGEST = 1e9  # from 0 to a key [s]: thirty years
+TYPING_TOLERANCE = 1e-3  # by how much an angle that is typed with three decimals may miss [rad]
+HALF_TURN = 0.5 * TURN + TYPING_TOLERANCE
+LATEST_KEY = 1e9  # greatest distance of a key from time 0 [s]: thirty years
 
-SAME = 2e-9
+TIME_TOLERANCE = 2e-9
 """
 A key that is no more than this [s] after a moment is at that moment.
 
@@ -42,7 +42,7 @@ Stamps are whole nanoseconds: a frame at n / 30 s may be stamped half a nanoseco
 that is at n / 30 s. After a month, float64 adds as much to times and to the rounds of a loop.
 """
 
-SHORTEST = 1e-9  # between two keys [s]: what stamps tell apart
+LEAST_KEY_SPACING = 1e-9  # between two keys [s]: the resolution of stamps
 
 
 @constant
@@ -50,7 +50,7 @@ class Track:
     """
     The keys of one value.
 
-    times: (n,) [s], strictly increasing by a nanosecond at least, of at most LONGEST; n >= 1.
+    times: (n,) [s], strictly increasing by a nanosecond at least, of at most LATEST_KEY; n >= 1.
     values: (n,) numbers, booleans or strings, or (n, k) numbers: a vector a key.
     laws: (n,) names out of `laws.LAWS`, each for the segment that its key begins; the last one
     only matters to a key that is appended later. Omitted laws are `linear`, or `step` where the
@@ -87,12 +87,12 @@ class Track:
             raise ValueError('times, values and laws must be of one length, not '
                              + ', '.join(f'{n} {name}' for name, n in lengths.items()))
         widths = np.diff(self.times)
-        for k in np.flatnonzero(~(widths >= SHORTEST))[:1]:
+        for k in np.flatnonzero(~(widths >= LEAST_KEY_SPACING))[:1]:
             earlier, later = self.times[k:k + 2]
             if later <= earlier:
                 raise ValueError(f'times must increase strictly; {later} follows {earlier}')
-            raise ValueError(f'times must be at least {SHORTEST:g} s apart; {later} follows '
-                             f'{earlier}')
+            raise ValueError(f'times must be at least {LEAST_KEY_SPACING:g} s apart; {later} '
+                             f'follows {earlier}')
         for law in dict.fromkeys(self.laws):
             if law not in LAWS:
                 raise ValueError(f"law '{law}' is not one of {', '.join(LAWS)}")
@@ -129,7 +129,8 @@ class Track:
 
         Where the value at the end is that at the begin, cubic segments are smooth over the seam.
         """
-        at_begin, at_end = self.times[0] - begin <= SAME, end - self.times[-1] <= SAME
+        at_begin = self.times[0] - begin <= TIME_TOLERANCE
+        at_end = end - self.times[-1] <= TIME_TOLERANCE
         into, out = self.laws[-2:-1] == ['cubic'], self.laws[0] == 'cubic'
         is_seam = (at_begin or at_end) and (out or not at_begin) and (into or not at_end)
         if not (is_seam and self._slopes and self._ends_meet()):
@@ -151,7 +152,7 @@ class Track:
     def _ends_meet(self):
         apart = np.subtract(self._path[-1], self._path[0])
         if self.is_angle:
-            return np.all(np.abs(apart - TURN * np.round(apart / TURN)) <= AS_TYPED)
+            return np.all(np.abs(apart - TURN * np.round(apart / TURN)) <= TYPING_TOLERANCE)
         return not np.any(apart)
 
     def _set_slope(self, k, end, slope):
@@ -168,7 +169,7 @@ class Track:
         """
         if not self.is_angle or self.turns:
             return []
-        far = np.abs(np.diff(self.values)) >= HALF_TURN - 2.0 * AS_TYPED
+        far = np.abs(np.diff(self.values)) >= HALF_TURN - 2.0 * TYPING_TOLERANCE
         return [int(k) for k in np.flatnonzero(far) if self.laws[k] != 'step']
 
     def step_from(self, k: int) -> float:
@@ -183,7 +184,7 @@ class Track:
         """
         if not math.isfinite(time):
             raise ValueError(f'time must be finite, not {time}')
-        k = bisect.bisect_right(self.times, time + SAME) - 1
+        k = bisect.bisect_right(self.times, time + TIME_TOLERANCE) - 1
         if k < 0 or k == len(self.times) - 1 or time <= self.times[k]:
             return self.values[max(k, 0)]
         if self.laws[k] == 'step':
@@ -216,10 +217,10 @@ def _listed(name, values):
 
 
 def _times(times):
-    """Return times as floats; raise ValueError where one is none or beyond LONGEST."""
+    """Return times as floats; raise ValueError where one is none or beyond LATEST_KEY."""
     if set(map(type, times)) == {float}:  # a million are checked at once
         numbers = np.array(times) + 0.0
-        if (np.abs(numbers) <= LONGEST).all():
+        if (np.abs(numbers) <= LATEST_KEY).all():
             return numbers.tolist()
     return [_time(time) for time in times]
 
@@ -233,8 +234,8 @@ def _time(time):
         raise ValueError(f'times must be numbers, not {time!r}') from None
     if not math.isfinite(number):
         raise ValueError(f'times must be finite, not {number}')
-    if abs(number) > LONGEST:
-        raise ValueError(f'times must be from {-LONGEST:g} to {LONGEST:g} s, not {number}')
+    if abs(number) > LATEST_KEY:
+        raise ValueError(f'times must be from {-LATEST_KEY:g} to {LATEST_KEY:g} s, not {number}')
     return number
 
 

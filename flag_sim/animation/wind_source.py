@@ -24,8 +24,8 @@ from flag_sim.parameters.declared import Group
 import numpy as np
 
 WIND_KEYED = ('speed', 'azimuth', 'elevation', 'gust.intensity')
-"""What may be keyed of the wind."""
-PARAMETERS = tuple(one.name for one in Group(WindSettings()))
+"""The parameters of the wind that may be keyed."""
+PARAMETERS = tuple(declaration.name for declaration in Group(WindSettings()))
 """The wind node's parameters that the wind depends on."""
 
 

@@ -69,7 +69,7 @@ class Passage:
         self._speed = self._speed_at(self._start)  # there [m/s]
 
     def at(self, time: float) -> float:
-        """Return the distance [m] at `time` [s], not before `start`."""
+        """Return the distance [m] passed at `time` [s], which is not before `start`."""
         time = checks.finite('time', time, low=self._start)
         point = int((time - self._start) / self.STEP)
         if point < self._point:

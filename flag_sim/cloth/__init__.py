@@ -12,7 +12,44 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The cloth: a grid of masses and springs in the wind, stepped through time."""
+"""
+The cloth: a grid of masses and springs in the wind, stepped through time.
+
+In a few lines:
+
+>>> from flag_sim.cloth import Cloth
+>>> cloth = Cloth()
+>>> plan = cloth.advance(1 / 30, wind=(9.0, 3.0, 0.0))
+>>> cloth.positions                     # (rows, columns, 3) [m]
+
+The modules, in the order in which a frame and its steps pass them:
+
+- simulation: Cloth, the frame from end to end; it calls all the others
+- options, material, stepping: what users choose: the method, sheet and air, the number of steps
+- mesh: the grid of nodes, how it lies in memory, and its bands for threads
+- state, start: positions and velocities, and where they begin
+- resampling: the same motion on another grid
+- model: the constants that follow from mesh and material
+- stability: how many steps a frame needs, and how far the cloth is softened if it may not
+- planned_solver: the solver of a frame, with its softened model
+- solvers: the methods, one module each, which take the steps
+- records: the arrays that kernels take, grouped and named
+- forces: all forces on the nodes; it calls the next four
+- springs: tension and damping of the threads and diagonals
+- bending: resistance to bending
+- aerodynamics: the wind on the faces, spread over the nodes
+- drag: the drag laws
+- collision: the pole and stretch_limit within a step; it calls the next five
+- pole, contact: the pole and the limits, as users give them and as kernels take them
+- proximity: which nodes may be near the pole or too far out
+- planes: a separating plane for each cell near the pole
+- attachment: no node farther from the hoist than its reach
+- constraints: the same limits at the end of a frame
+- divergence: whether the frame has diverged, and which step would have been stable
+- normals: unit normals at the nodes, for drawing
+- energy, strain: figures about a state, in plain numpy
+- plain: one step in plain numpy, to be read first
+"""
 from flag_sim.cloth.material import Air, Material
 from flag_sim.cloth.simulation import Cloth, Diverged
 from flag_sim.cloth.stability import Plan

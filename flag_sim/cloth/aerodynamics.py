@@ -13,21 +13,22 @@
 # limitations under the License.
 
 """
-The wind on the faces (1.3), spread over their nodes (1.4).
+The wind on the faces (eq. 1.3), spread over their nodes (eq. 1.4).
 
 Each cell is cut into an upper face, whose right angle is the cell's upper hoist corner, and a
-lower face opposite. Where the source text has F = n (n . w), a face here feels the pressure of
-the air that moves against it: F = rho C_d / 2 A |u_n| u_n n, u = w - v its wind, u_n = u . n.
+lower face opposite. Where the source text has F = n (n . w), a face here feels the drag of the
+air that moves against it: F = 1/2 rho C_d A |u_n| u_n n, where u = w - v is the wind relative to
+the face and u_n = u . n.
 
 The node in the right angle bears half of the face's force and the others a quarter each; the
-face's velocity v is the mean of the nodes' with the same shares. So the power of the force is
-F . v, and a flat sheet square to the wind is accelerated alike in all its nodes, corners
+face's velocity v is the mean of the nodes' velocities with the same shares. So the power of the
+force is F . v, and a flat sheet square to the wind is accelerated alike in all its nodes, corners
 included, because the shares are those of the face's mass.
 """
 from typing import NamedTuple
 
+from flag_sim.cloth.drag import divisor, drag_factor, SEED
 from flag_sim.cloth.mesh import LEAST_AREA2
-from flag_sim.cloth.pressure import divisor, pressure, SEED
 from flag_sim.cloth.records import Band, Field, NEXT, Nodes, Vector, Weights
 from flag_sim.jit.kernels import inner_kernel, lean_kernel, wide_kernel
 import numpy as np
@@ -39,7 +40,7 @@ class Wind(NamedTuple):
     velocity: Vector  # [m/s]
     drag: float       # of Air [kg/m3]; zero: no wind
     drag_rate: float  # the same over a face's mass [1/m3]
-    law: int          # pressure.QUADRATIC, LINEAR or SEED
+    law: int          # drag.QUADRATIC, LINEAR or SEED
     order: int        # of the method, to which the drag is kept from overshooting
 
 
@@ -48,11 +49,11 @@ def _force_per_area(flux, area, wind, dt):
     """
     Return what times the area vector [m2] is the force on a face [Pa], given the flux [m3/s].
 
-    dt: the step [s] in which the force may not overshoot; see pressure.
+    dt: the step [s] in which the force may not overshoot; see drag.
     """
     ax, ay, az = area
     area2 = max(ax * ax + ay * ay + az * az, type(flux)(LEAST_AREA2))
-    s, rate = pressure(flux, area2, wind.law)
+    s, rate = drag_factor(flux, area2, wind.law)
     return wind.drag * s * flux / (area2 * divisor(dt * wind.drag_rate * rate, wind.order))
 
 
@@ -60,7 +61,7 @@ def _force_per_area(flux, area, wind, dt):
 def set_face_forces(nodes: Nodes, wind: Wind, dt: float, weights: Weights, faces: tuple,
                     band: Band) -> None:
     """
-    Fill half the wind's force [N] on the upper and the lower face of each cell (1.3).
+    Fill half the wind's force [N] on the upper and the lower face of each cell (eq. 1.3).
 
     dt: the step that the drag is taken implicitly over [s], zero for the momentary force. faces:
     six flat arrays, x y z of the upper and of the lower faces.
@@ -68,7 +69,7 @@ def set_face_forces(nodes: Nodes, wind: Wind, dt: float, weights: Weights, faces
     x, y, z = nodes.position
     vx, vy, vz = nodes.velocity
     wx, wy, wz = wind.velocity
-    # The letter of 1.3 knows the wind alone, not the cloth's own velocity.
+    # Equation 1.3 as published uses the wind alone, not the cloth's own velocity.
     number = type(dt)
     half, quarter = number(0.5), number(0.0 if wind.law == SEED else 0.25)
     own = quarter + quarter
@@ -76,7 +77,7 @@ def set_face_forces(nodes: Nodes, wind: Wind, dt: float, weights: Weights, faces
     first, last, stride = band
     for i in range(first, last):
         e, s, d = i + NEXT, i + stride, i + stride + NEXT
-        part = half * weights.cell[i]
+        share = half * weights.cell[i]
         # Velocity of the side that both faces have: a quarter of each of its ends.
         sx = quarter * (vx[e] + vx[s])
         sy = quarter * (vy[e] + vy[s])
@@ -88,7 +89,7 @@ def set_face_forces(nodes: Nodes, wind: Wind, dt: float, weights: Weights, faces
                       half * (px * qy - py * qx))
         flux = ((wx - sx - own * vx[i]) * ax + (wy - sy - own * vy[i]) * ay
                 + (wz - sz - own * vz[i]) * az)
-        f = part * _force_per_area(flux, (ax, ay, az), wind, dt)
+        f = share * _force_per_area(flux, (ax, ay, az), wind, dt)
         upper_x[i], upper_y[i], upper_z[i] = f * ax, f * ay, f * az
 
         px, py, pz = x[s] - x[d], y[s] - y[d], z[s] - z[d]
@@ -97,14 +98,15 @@ def set_face_forces(nodes: Nodes, wind: Wind, dt: float, weights: Weights, faces
                       half * (px * qy - py * qx))
         flux = ((wx - sx - own * vx[d]) * ax + (wy - sy - own * vy[d]) * ay
                 + (wz - sz - own * vz[d]) * az)
-        f = part * _force_per_area(flux, (ax, ay, az), wind, dt)
+        f = share * _force_per_area(flux, (ax, ay, az), wind, dt)
         lower_x[i], lower_y[i], lower_z[i] = f * ax, f * ay, f * az
 
 
 @inner_kernel
-def pressure_force(upper: np.ndarray, lower: np.ndarray, i: np.uint64, stride: np.uint64) -> float:
+def node_wind_force(upper: np.ndarray, lower: np.ndarray, i: np.uint64,
+                    stride: np.uint64) -> float:
     """
-    Return the force [N] of the six faces that meet in node i along one axis (1.4).
+    Return the force [N] of the six faces that meet in node i along one axis (eq. 1.4).
 
     upper, lower: half the force on the faces of each cell along that axis.
     """
@@ -114,8 +116,8 @@ def pressure_force(upper: np.ndarray, lower: np.ndarray, i: np.uint64, stride: n
 
 
 @lean_kernel
-def add_pressure_forces(faces: tuple, force: Field, band: Band) -> None:
-    """Add to each node's force [N] that of the six faces that meet in it (1.4)."""
+def add_wind_forces(faces: tuple, force: Field, band: Band) -> None:
+    """Add to each node's force [N] that of the six faces that meet in it (eq. 1.4)."""
     for axis in range(3):
         _add_along(faces[axis], faces[axis + 3], force[axis], band)
 
@@ -124,4 +126,4 @@ def add_pressure_forces(faces: tuple, force: Field, band: Band) -> None:
 def _add_along(upper, lower, f, band):
     first, last, stride = band
     for i in range(first, last):
-        f[i] += pressure_force(upper, lower, i, stride)
+        f[i] += node_wind_force(upper, lower, i, stride)

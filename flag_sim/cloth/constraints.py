@@ -16,7 +16,7 @@
 What no node may do, whatever the forces: get too far from the hoist, or into the pole.
 
 Methods see to the pole in every step, and then to both together (see collision); here both are
-seen to between frames, also where somebody else has put the cloth, or changed what it may do.
+seen to between frames, also after a caller has placed the cloth or changed its limits.
 """
 from flag_sim.cloth.attachment import attach
 from flag_sim.cloth.collision import collide
@@ -25,7 +25,7 @@ from flag_sim.cloth.state import State
 import numpy as np
 
 SWEEPS = 20
-"""After as many the cloth may still be in the pole, where it was put so; steps go on with that."""
+"""Sweeps at most; a cloth that was put into the pole may need more, which the steps then do."""
 
 
 def constrain(state: State, spare: State, limits: Limits, contact: Contact) -> None:

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Whether a state has stayed sane, and what to tell users whose choice of steps has broken it."""
+"""Whether a state has diverged, and which step would have been stable."""
 from flag_sim.cloth.material import Air
 from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.cloth.state import State
@@ -26,7 +26,7 @@ MAX_SPEED = 1e7
 
 
 class Diverged(RuntimeError):
-    """A frame left the bounds of a sane state; the cloth still is as the frame before left it."""
+    """A frame diverged; the cloth is still as the frame before left it."""
 
 
 def validate(state: State) -> None:

@@ -28,7 +28,7 @@ def kinetic_energy(model: Model, velocities: np.ndarray) -> float:
 
 
 def elastic_energy(model: Model, positions: np.ndarray) -> float:
-    """Return the energy [J] of the springs at positions (rows, columns, 3) [m] (Hooke, 1.2)."""
+    """Return the energy [J] of the springs at positions (rows, columns, 3) [m] (eq. 1.2)."""
     k_across, k_down, k_diagonal = model.spring_k
     rest_across, rest_down, rest_diagonal = model.spring_rest
     weights = model.mesh.weights

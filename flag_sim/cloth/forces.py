@@ -12,11 +12,11 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""All forces on the nodes (1.6): one call for each, none for those whose coefficient is zero."""
+"""All forces on the nodes (eq. 1.6); a force whose coefficient is zero is not computed."""
 import math
 from typing import NamedTuple
 
-from flag_sim.cloth.aerodynamics import add_pressure_forces, set_face_forces, Wind
+from flag_sim.cloth.aerodynamics import add_wind_forces, set_face_forces, Wind
 from flag_sim.cloth.bending import add_bending_forces, set_moments
 from flag_sim.cloth.contact import Contact, Limits, NO_POLE
 from flag_sim.cloth.material import Air
@@ -71,15 +71,18 @@ class Work(NamedTuple):
 
 
 @shared_kernel
-def set_parts(nodes: Nodes, weights: Weights, coefficients: Coefficients, work: Work, dt: float,
-              band: Band) -> None:
+def set_element_forces(nodes: Nodes, weights: Weights, coefficients: Coefficients, work: Work,
+                       dt: float, band: Band) -> None:
     """
-    Set work's tensions, moments and faces: what acts between the nodes of a band and those after.
+    Set the tensions, bending moments and wind forces that begin at the nodes of a band.
+
+    These are the forces of the elements: of springs, of the plate and of faces. They are written
+    to work.tensions, work.moments and work.faces.
 
     dt: the step that the wind is taken implicitly over [s]; zero for its momentary force. All
     threads of work.barrier call it together and leave together, each with the nodes of its band.
     """
-    # Tension of the springs (1.2), with or without dashpots.
+    # Tension of the springs (eq. 1.2), with or without dashpots.
     if max(coefficients.springs.c) > 0.0:
         damped_tensions(nodes, weights, coefficients.springs, work.tensions, band)
     else:
@@ -87,7 +90,7 @@ def set_parts(nodes: Nodes, weights: Weights, coefficients: Coefficients, work: 
     # Moments of bending.
     if max(coefficients.bend) > 0.0:
         set_moments(nodes.position, weights, coefficients.bend, work.moments, band)
-    # Force of the wind on each face (1.3).
+    # Force of the wind on each face (eq. 1.3).
     if coefficients.wind.drag > 0.0:
         set_face_forces(nodes, coefficients.wind, dt, weights, work.faces, band)
     wait(work.barrier)
@@ -97,17 +100,17 @@ def set_parts(nodes: Nodes, weights: Weights, coefficients: Coefficients, work: 
 def set_forces(nodes: Nodes, sheet: Sheet, coefficients: Coefficients, work: Work, dt: float,
                band: Band) -> None:
     """
-    Set work.force [N] to the sum of all forces on each node of a band but its own damping (1.6).
+    Set work.force [N] to the sum of all forces on each node of a band (eq. 1.6).
 
-    dt and threads: as in set_parts.
+    The nodes' own damping is left to the method. dt, band: see set_element_forces.
     """
-    set_parts(nodes, sheet.weights, coefficients, work, dt, band)
-    # Springs (1.2) and weight (1.1).
+    set_element_forces(nodes, sheet.weights, coefficients, work, dt, band)
+    # Springs (eq. 1.2) and weight (eq. 1.1).
     set_springs_and_weight(nodes.position, work.tensions, sheet.mass, coefficients.gravity,
                            work.force, band)
     # Bending.
     if max(coefficients.bend) > 0.0:
         add_bending_forces(work.moments, work.force, band)
-    # The wind on the faces, spread over their nodes (1.4).
+    # The wind on the faces, spread over their nodes (eq. 1.4).
     if coefficients.wind.drag > 0.0:
-        add_pressure_forces(work.faces, work.force, band)
+        add_wind_forces(work.faces, work.force, band)

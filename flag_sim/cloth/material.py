@@ -15,7 +15,7 @@
 """What the cloth is made of, and the air around it."""
 from dataclasses import dataclass
 
-from flag_sim.cloth.pressure import DRAG_LAWS, GREATEST_RATE
+from flag_sim.cloth.drag import DRAG_LAWS, GREATEST_RATE
 from flag_sim.parameters.declared import Declared, declared
 
 
@@ -25,7 +25,7 @@ class Material(Declared):
     A thin elastic sheet; every value belongs to the material, none to the grid.
 
     area_density: mass of a square metre [kg/m2], above zero.
-    stiffness: K, tension per width of the threads per strain [N/m] (Hooke, 1.2).
+    stiffness: K, tension per width of the threads per strain [N/m] (Hooke's law, eq. 1.2).
     shear_stiffness: G = C66 [N/m]. The sheet has C11 = C22 = K + G and C12 = G, and is isotropic
     where K = 2 G (Poisson's ratio 1/3), as it is by default.
     bend_stiffness: B, the plate's [N m]. The wrinkles that it allows are about
@@ -53,9 +53,10 @@ class Air(Declared):
     drag_coefficient: C_d of a face square to the wind; a square plate has 1.17 (Hoerner,
     Fluid-Dynamic Drag, 1965, chapter 3).
     Zero in either switches the wind off.
-    law: of the force on a face. quadratic: rho C_d / 2 A |u_n| u_n n; linear: rho C_d / 2 A u_n n
-    times 1 m/s; seed: n (n . w), newtons for metres per second (1.3 to the letter), which knows
-    neither the face's area nor its velocity, nor density and drag_coefficient but for their zero.
+    law: the drag law, of the force on a face. quadratic: 1/2 rho C_d A |u_n| u_n n; linear:
+    1/2 rho C_d A u_n n times 1 m/s; seed: n (n . w), newtons for metres per second (eq. 1.3
+    exactly as published), which ignores the face's area and velocity, and of density and
+    drag_coefficient all but whether they are zero.
     The first two never make the cloth faster than the wind; nothing weakens the third,
     which may fling light cloth out of all bounds (see divergence).
     Raises ValueError for a value out of its range and for an unknown law.
@@ -68,14 +69,14 @@ class Air(Declared):
 
     @property
     def drag(self) -> float:
-        """Return the factor of the law [kg/m3]: rho C_d / 2, 1 for 1.3; 0 if the wind is off."""
+        """Return the drag law's factor [kg/m3]: 1/2 rho C_d, 1 for seed; 0 if the wind is off."""
         drag = 0.5 * self.density * self.drag_coefficient
         return 1.0 if self.law == 'seed' and drag > 0.0 else drag
 
     def greatest_rate(self, order: int) -> float:
-        """Return how much of a velocity the drag takes in a step of a method at most."""
+        """Return the greatest fraction of a velocity that the drag takes in a step of a method."""
         return GREATEST_RATE[self.law][order] if self.drag > 0.0 else 0.0
 
 
 VACUUM = Air(density=0.0)
-"""Nothing that a wind could act by."""
+"""No air: the wind exerts no force."""

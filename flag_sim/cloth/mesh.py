@@ -28,10 +28,10 @@ Of a cloth [m].
 Nodes let people set up to 100 m, and a flag that follows its pole is up to 250 m long.
 """
 
-LINE = 64
+CACHE_LINE = 64
 """Bytes in a cache line. Fields begin on one, so that the vectors that are stored lie in one."""
 
-PIECE = 64
+SMALLEST_BAND = 64
 """Nodes in the smallest band: the most that a loop takes at once, four vectors of 16 float32."""
 
 LEAST_LENGTH2 = 1e-16
@@ -83,7 +83,7 @@ class Mesh:
         self.pinned = checks.boolean('pinned', pinned)
         self.precision = Grid.accepted('precision', precision)
         self._dtype = np.dtype(precision)
-        self._line = LINE // self._dtype.itemsize
+        self._line = CACHE_LINE // self._dtype.itemsize
         self.dx = self.length / (self.columns - 1)
         self.dy = self.width / (self.rows - 1)
 
@@ -114,8 +114,8 @@ class Mesh:
         They begin where vectors would begin without them, so that every node is computed by the
         same instructions whatever the number of bands.
         """
-        pieces = -(-(self.last - self.first) // PIECE)
-        first, last = (min(self.first + PIECE * (pieces * end // count), self.last)
+        pieces = -(-(self.last - self.first) // SMALLEST_BAND)
+        first, last = (min(self.first + SMALLEST_BAND * (pieces * end // count), self.last)
                        for end in (number, number + 1))
         return Band(np.uint64(first), np.uint64(last), np.uint64(self.stride))
 

@@ -18,10 +18,10 @@ import math
 from flag_sim.cloth.aerodynamics import Wind
 from flag_sim.cloth.bending import bend_constants
 from flag_sim.cloth.contact import Limits
+from flag_sim.cloth.drag import DRAG_LAWS
 from flag_sim.cloth.forces import Coefficients, Forcing
 from flag_sim.cloth.material import Material
 from flag_sim.cloth.mesh import Mesh
-from flag_sim.cloth.pressure import DRAG_LAWS
 from flag_sim.cloth.records import Sheet
 from flag_sim.cloth.springs import dashpot_constants, spring_constants, Springs
 from flag_sim.parameters.closed import constant

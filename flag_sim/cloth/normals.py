@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Normals of the cloth at its nodes, averaged over the faces around them (1.13)."""
+"""Normals of the cloth at its nodes, averaged over the faces around them (eq. 1.13)."""
 import math
 
 from flag_sim.jit.kernels import kernel

@@ -34,7 +34,7 @@ class Options(Declared):
         '', 0.0, 1e6)
     start_noise: float = declared(
         1e-4, 'the cloth starts flat but for a random bump of at most this; 0: exactly flat, and '
-        'in calm air or a wind along it it stays so for ever', 'm', 0.0, 0.1)
+        'in calm air or a wind along it it stays so forever', 'm', 0.0, 0.1)
     start_seed: int = declared(0, 'another seed, another bump', '', 0, 2**31 - 1)
     threads: int = declared(
         1, 'threads that step; 0: as many as the first frames show to be worth it', '', 0, 64,

@@ -27,8 +27,8 @@ import numpy as np
 
 FAR = 1e9
 """A separation [m] that nothing covers in a step, given to cells beyond the cloth's edges."""
-CAUTION = 1e-3
-"""The part of a node's way by which it is looked at too early rather than, by rounding, not."""
+SAFETY_MARGIN = 1e-3
+"""Fraction added to a node's displacement, so that rounding cannot hide a contact."""
 
 
 @wide_kernel
@@ -45,7 +45,7 @@ def set_room(position: Field, position_out: Field, limits: Limits, contact: Cont
     x, y, z = position
     x_out, y_out, z_out = position_out
     number = type(radius)
-    one, far, more = number(1.0), number(FAR), number(1.0 + CAUTION)
+    one, far, more = number(1.0), number(FAR), number(1.0 + SAFETY_MARGIN)
     edge = radius * more
     first, last, stride = band
     for i in range(first, last):
@@ -73,7 +73,7 @@ def clear_room_out_of_reach(position_out: Field, limits: Limits, room: np.ndarra
     """Set room to -inf at nodes that are about as far as the cloth reaches, or farther."""
     x, y, z = position_out
     number = type(limits.reach)
-    reach2 = limits.reach * limits.reach * number(1.0 - CAUTION)
+    reach2 = limits.reach * limits.reach * number(1.0 - SAFETY_MARGIN)
     for row in range(*rows_of(limits, band)):
         hoist, begin, end = row_of(limits, row, band)
         hx, hy, hz = x[hoist], y[hoist], z[hoist]

@@ -25,12 +25,12 @@ from flag_sim.cloth.model import Model
 from flag_sim.cloth.records import Vector
 import numpy as np
 
-ROUNDS = 800
-"""Of the search for positions, at most: what the deepest folds on the coarsest grids need."""
-EVERY = 10
-"""Rounds between two looks at the energy, which costs as much as a round."""
+MAX_ITERATIONS = 800
+"""Of the search for positions: what the deepest folds on the coarsest grids need."""
+CHECK_PERIOD = 10
+"""Iterations between two checks of the energy, each of which costs as much as an iteration."""
 MOMENTUM = 0.985
-"""What a round keeps of the last one's way (Polyak's heavy ball)."""
+"""Fraction of the last iteration's displacement that is added (Polyak's heavy ball)."""
 
 
 def carry_over(old: Model, positions: np.ndarray, velocities: np.ndarray, new: Model,
@@ -120,10 +120,10 @@ def _stretched(model, at, springs, moves, enough):
     part = (moves / np.where(load > 0.0, load, 1.0))[..., None]
     best, least = at, np.inf
     way = np.zeros_like(at)
-    for number in range(1, ROUNDS + 1):
+    for number in range(1, MAX_ITERATIONS + 1):
         way = MOMENTUM * way + part * sum(_spring_forces(at, *spring) for spring in springs)
         at = at + way
-        if number % EVERY == 0:
+        if number % CHECK_PERIOD == 0:
             energy = _energy(model, at)
             if energy < least:
                 best, least = at, energy

@@ -24,6 +24,7 @@ from flag_sim.cloth.mesh import Grid, Mesh
 from flag_sim.cloth.model import Model
 from flag_sim.cloth.normals import node_normals
 from flag_sim.cloth.options import Options
+from flag_sim.cloth.planned_solver import PlannedSolver
 from flag_sim.cloth.pole import checked_pole, MAX_HOIST, relative_pole
 from flag_sim.cloth.records import Vector
 from flag_sim.cloth.resampling import carry_over
@@ -31,7 +32,6 @@ from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.cloth.stability import Plan
 from flag_sim.cloth.start import bump
 from flag_sim.cloth.state import State
-from flag_sim.cloth.stepper import Stepper
 from flag_sim.cloth.stepping import Stepping
 from flag_sim.parallel.thread_pool import ThreadPool
 from flag_sim.parameters import checks
@@ -135,7 +135,7 @@ class Cloth:
     @property
     def model(self) -> Model:
         """Return the material on the mesh as it is simulated: softened, where it had to be."""
-        return self._stepper.solver.model
+        return self._planned.solver.model
 
     @property
     def stretch_limit(self) -> float:
@@ -239,7 +239,7 @@ class Cloth:
         """
         dt = checks.finite('dt', dt, high=MAX_FRAME, above=0.0)
         wind = checks.vector('wind', wind, MAX_WIND)
-        steps = self._stepper.plan(dt, self.air, self.stepping)
+        steps = self._planned.plan(dt, self.air, self.stepping)
         self._last_good[...] = self._state.data
         try:
             self._step(steps.granted, dt / steps.granted, wind)
@@ -255,7 +255,7 @@ class Cloth:
         pole = relative_pole(self._pole, self._hoist_top)
         forcing = Forcing(wind, self.gravity, self.air, pole, self._stretch_limit)
         with self._pool.frame(count):
-            state = self._stepper.solver.advance(self._state, self._spare, forcing, step, count,
+            state = self._planned.solver.advance(self._state, self._spare, forcing, step, count,
                                                  self._pool)
         if state is not self._state:
             self._state, self._spare = self._spare, self._state
@@ -265,14 +265,14 @@ class Cloth:
         try:
             validate(self._state)
         except Diverged as broken:
-            hint = self._stepper.hint(self.solver, step, self.stepping.step_safety, self.air)
+            hint = self._planned.hint(self.solver, step, self.stepping.step_safety, self.air)
             raise Diverged(f'{broken} with solver {self.solver} in {count} steps of {step:.3g} s; '
                            f'the cloth is held where the frame began; {hint}') from None
 
     def _constrain(self):
         """Bring back what is in the pole or farther from the hoist than stretch_limit allows."""
         pole = relative_pole(self._pole, self._hoist_top)
-        contact = self._stepper.solver.contact
+        contact = self._planned.solver.contact
         constrain(self._state, self._spare, Limits.of(self._mesh, pole, self._stretch_limit),
                   contact)
         self._held = int(np.count_nonzero(contact.brought_back))
@@ -288,7 +288,7 @@ class Cloth:
 
     def _remodel(self, mesh, material, solver_name):
         """Take a mesh, a material and a method, once their solver is made: all three or none."""
-        self._stepper = Stepper(mesh, material, SOLVERS[solver_name])
+        self._planned = PlannedSolver(mesh, material, SOLVERS[solver_name])
         self._mesh, self._material, self._solver_name = mesh, material, solver_name
 
 

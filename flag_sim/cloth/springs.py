@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-The membrane: springs along rows, columns and both diagonals, each with a dashpot (1.2).
+The membrane: springs along rows, columns and both diagonals, each with a dashpot (eq. 1.2).
 
 A spring's force is written as tension times the vector between its ends, tension in N/m. One pass
 finds the tension of the four springs that begin at a node, a second sums the eight that meet in
@@ -104,7 +104,7 @@ def _inverse_lengths(a2, b2, c2, d2):
 def elastic_tensions(position: Field, weights: Weights, springs: Springs, tensions: tuple,
                      band: Band) -> None:
     """
-    Fill the tensions [N/m] of the springs that begin at each node: k x / l (Hooke, 1.2).
+    Fill the tensions [N/m] of the springs that begin at each node: k x / l (eq. 1.2).
 
     tensions: of the springs across, down, rising and falling, four flat arrays. The falling
     diagonal of a cell begins at its upper hoist corner; the rising one, from the corner below to
@@ -136,8 +136,8 @@ def damped_tensions(nodes: Nodes, weights: Weights, springs: Springs, tensions: 
     """
     Fill the tensions [N/m] of the springs that begin at each node, with their dashpots.
 
-    The friction of the method's step (2.1): proportional to the relative velocity of the ends, and
-    along the spring, so that it takes nothing from a cloth that moves or turns as a whole.
+    The friction of the source's algorithm (sec. 2.1): proportional to the relative velocity of the
+    ends and along the spring, so that it does not slow a cloth that moves or turns as a whole.
     """
     x, y, z = nodes.position
     vx, vy, vz = nodes.velocity
@@ -169,7 +169,7 @@ def damped_tensions(nodes: Nodes, weights: Weights, springs: Springs, tensions: 
 @inner_kernel
 def spring_force(x: np.ndarray, tensions: tuple, i: np.uint64, stride: np.uint64) -> float:
     """
-    Return the force [N] of the eight springs on node i along one axis (1.2).
+    Return the force [N] of the eight springs on node i along one axis (eq. 1.2).
 
     x: that coordinate of all nodes [m]. tensions: as elastic_tensions fills them. n, s, w and e
     are the nodes towards the upper and the lower edge, the hoist and the fly.
@@ -186,7 +186,7 @@ def spring_force(x: np.ndarray, tensions: tuple, i: np.uint64, stride: np.uint64
 @wide_kernel
 def set_springs_and_weight(position: Field, tensions: tuple, mass: np.ndarray, gravity: float,
                            force: Field, band: Band) -> None:
-    """Set each node's force [N] to its weight (1.1) and that of the eight springs on it (1.2)."""
+    """Set each node's force [N]: its weight (eq. 1.1) plus its eight springs' force (eq. 1.2)."""
     x, y, z = position
     fx, fy, fz = force
     first, last, stride = band

@@ -23,7 +23,7 @@ def bump(rows: int, columns: int, size: float, seed: int) -> np.ndarray:
     """
     Return how far out of their plane the nodes start (rows, columns) [m], at most size.
 
-    An exactly flat sheet would stay flat for ever, like a board: no force on it, neither gravity
+    An exactly flat sheet would stay flat forever, like a board: no force on it, neither gravity
     nor a wind along it, has a component across. A smooth random surface of the longest waves,
     zero at the hoist, and the same at every resolution: the nodes only sample it. The same seed
     gives the same surface.

@@ -12,4 +12,4 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Every parameter of every node, and what their values make; without ROS."""
+"""Every parameter of every node, and the objects built from their values; without ROS."""

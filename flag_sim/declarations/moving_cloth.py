@@ -19,7 +19,7 @@ import math
 from flag_sim.cloth import energy
 from flag_sim.cloth.simulation import Cloth, Diverged
 from flag_sim.cloth.strain import greatest_strain
-from flag_sim.declarations.making import (
+from flag_sim.declarations.factories import (
     air_of, cloth_of, hang_of, material_of, pole_of, stepping_of)
 from flag_sim.declarations.step_report import is_softened, StepReport
 from flag_sim.protocol.throttled_log import Entry

@@ -37,7 +37,8 @@ HEAD = """\
 def page() -> str:
     """Return the whole page: a table for what nodes share, and one for each node's own."""
     groups = {'scene': SCENE}
-    groups |= {node: [one for one in NODES[node] if one not in SCENE] for node in NODES}
+    groups |= {node: [declaration for declaration in NODES[node] if declaration not in SCENE]
+               for node in NODES}
     tables = [f'## {title}\n\n{HEAD}' + ''.join(map(_row, group))
               for title, group in groups.items()]
     return '\n'.join([INTRODUCTION, *tables])

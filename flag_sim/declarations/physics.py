@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Parameters of the physics node ."""
+"""Parameters of the physics node."""
 from flag_sim.cloth import Air, Material, Stepping
 from flag_sim.cloth.mesh import Grid
 from flag_sim.cloth.options import Options
@@ -29,21 +29,21 @@ OPTIONS = Group(Options())
 
 PHYSICS = (
     *SCENE,
-    *GRID.but('precision'),
+    *GRID.without('precision'),
     *MATERIAL,
-    *OPTIONS.only('gravity'),
+    *OPTIONS.pick('gravity'),
     *AIR,
-    *OPTIONS.only('solver'),
+    *OPTIONS.pick('solver'),
     *STEPPING,
-    *OPTIONS.only('stretch_limit'),
-    *GRID.only('precision'),
+    *OPTIONS.pick('stretch_limit'),
+    *GRID.pick('precision'),
     Declaration('pole_collision', True, 'keep the cloth out of the pole'),
-    *OPTIONS.but('gravity', 'solver', 'stretch_limit', 'threads'),
+    *OPTIONS.without('gravity', 'solver', 'stretch_limit', 'threads'),
     Declaration(
         'preroll', 0.0,
         "time that a cloth which begins anew has moved in its first frame's wind, unseen", 's',
         0.0, 60.0),
     Declaration('max_gap', 1.0, 'longest time between frames that is simulated', 's',
                 0.0, MAX_FRAME),
-    *OPTIONS.only('threads'),
+    *OPTIONS.pick('threads'),
 )

@@ -15,7 +15,7 @@
 """Parameters of the player node."""
 from dataclasses import replace
 
-from flag_sim.declarations.delivery import PACE, RESEND_AFTER, WAIT_FOR
+from flag_sim.declarations.pacing import PACE, RESEND_AFTER, WAIT_FOR
 from flag_sim.parameters.declaration import Declaration
 
 PLAYER = (

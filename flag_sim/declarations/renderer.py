@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Parameters of the renderer node ."""
+"""Parameters of the renderer node."""
 from flag_sim.declarations.scene import DIMENSIONS, PLATFORM_FIELDS, POLE_FIELDS, SCENE
 from flag_sim.drawing import Camera, Light, Materials, Style
 from flag_sim.drawing.style import THREADS
@@ -24,17 +24,18 @@ STYLE = Group(Style())
 # Only the flag is thin enough to let light through.
 SURFACES = {
     'flag': Group(Materials().flag, 'flag.', thing='flag'),
-    'pole': Group(Materials().pole, 'pole.', but=('transmission',), thing='pole'),
-    'platform': Group(Materials().platform, 'platform.', but=('transmission',), thing='platform'),
+    'pole': Group(Materials().pole, 'pole.', exclude=('transmission',), thing='pole'),
+    'platform': Group(Materials().platform, 'platform.', exclude=('transmission',),
+                      thing='platform'),
 }
 
 RENDERER = (
     *SCENE,
     *CAMERA,
-    *STYLE.but('background'),
+    *STYLE.without('background'),
     *LIGHT,
     *(declaration for group in SURFACES.values() for declaration in group),
-    *DIMENSIONS.but(*POLE_FIELDS, *PLATFORM_FIELDS),
-    *STYLE.only('background'),
+    *DIMENSIONS.without(*POLE_FIELDS, *PLATFORM_FIELDS),
+    *STYLE.pick('background'),
     THREADS,
 )

@@ -33,7 +33,7 @@ WIDTH = Declaration(
     'flag.width', 0.0, f'upper to lower edge, {SHORTEST_SIDE:g} at least; 0: a sixth of the pole',
     'm', 0.0, 100.0)
 
-SCENE = (*DIMENSIONS.only(*POLE_FIELDS), LENGTH, WIDTH, *DIMENSIONS.only(*PLATFORM_FIELDS))
+SCENE = (*DIMENSIONS.pick(*POLE_FIELDS), LENGTH, WIDTH, *DIMENSIONS.pick(*PLATFORM_FIELDS))
 
 
 def check_scene(values: dict) -> None:

@@ -12,13 +12,13 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What a user is told of a cloth's steps: when they begin to be other than set, and when not."""
+"""Log entries for a user when a cloth's steps begin and cease to differ from what is set."""
 from flag_sim.cloth.stability import Plan
 from flag_sim.protocol.hysteresis import Hysteresis
 from flag_sim.protocol.throttled_log import Entry
 
-CALM = 2.0
-"""Simulated time without it after which softening or refining of steps is over [s]."""
+CLEAR_AFTER = 2.0
+"""How long softening or refining must be absent before it is reported over [simulated s]."""
 
 
 def is_softened(plan: Plan) -> bool:
@@ -30,9 +30,9 @@ class StepReport:
     """Compares every frame's plan with what is set, and reports what changes."""
 
     def __init__(self):
-        self._refined = Hysteresis(CALM)
-        self._softened = Hysteresis(CALM)
-        self._held = Hysteresis(CALM)
+        self._refined = Hysteresis(CLEAR_AFTER)
+        self._softened = Hysteresis(CLEAR_AFTER)
+        self._held = Hysteresis(CLEAR_AFTER)
 
     def update(self, plan: Plan, held: int, values: dict, dt: float) -> list[Entry]:
         """

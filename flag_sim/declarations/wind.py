@@ -14,7 +14,7 @@
 
 """Parameters of the wind node."""
 from flag_sim.animation.wind_settings import WindSettings
-from flag_sim.declarations.delivery import PACE, RESEND_AFTER, WAIT_FOR
+from flag_sim.declarations.pacing import PACE, RESEND_AFTER, WAIT_FOR
 from flag_sim.parameters.declaration import Declaration
 from flag_sim.parameters.declared import Group
 

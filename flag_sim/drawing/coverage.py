@@ -13,12 +13,13 @@
 # limitations under the License.
 
 """
-Coverage: which pixels belong to a triangle. The fill rule stands here, and nowhere else.
+Coverage: which pixels belong to a triangle.
 
 A pixel belongs to a triangle if its sample does, which most often is its centre; a sample on an
 edge that two triangles share belongs to one of them alone (the top-left rule), so they leave
 neither gaps nor pixels drawn twice. A sample is inside where three edge functions (Pineda, 1988)
 are not negative. They are whole numbers, so coverage is exact: vertices lie at whole subpixels.
+The fill rule is implemented only here (and, for reference, in plain.py).
 """
 from flag_sim.drawing.geometry import SUBPIXEL_BITS
 from flag_sim.jit.kernels import inner_kernel

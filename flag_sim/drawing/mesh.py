@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Triangle meshes and their normals (1.12, 1.13)."""
+"""Triangle meshes and their normals (eqs. 1.12, 1.13)."""
 import dataclasses
 import functools
 
@@ -61,7 +61,7 @@ def grid_triangles(rows: int, columns: int) -> np.ndarray:
 
 
 def face_normals(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Return the normal of each triangle, as long as twice its area: (m, 3) [m2] (1.12)."""
+    """Return the normal of each triangle, as long as twice its area: (m, 3) [m2] (eq. 1.12)."""
     normals = np.empty((len(triangles), 3))
     _cross_products(vertices, triangles, normals)
     return normals
@@ -69,7 +69,7 @@ def face_normals(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 
 def vertex_normals(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """
-    Average at each vertex the normals of its triangles: (n, 3) [m2] (1.13).
+    Average at each vertex the normals of its triangles: (n, 3) [m2] (eq. 1.13).
 
     The average is weighted by area (the sum of the cross products), which makes the normal
     independent of how finely a flat part is cut. It is not brought to unit length.

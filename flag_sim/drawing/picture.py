@@ -25,7 +25,7 @@ from flag_sim.drawing.geometry import project, SUBPIXELS, ViewTransform
 from flag_sim.drawing.mesh import face_normals
 from flag_sim.drawing.multisample import PATTERNS
 from flag_sim.drawing.painter import far_to_near
-from flag_sim.drawing.rasterizer import Colours, most_primitives, RasterizerState
+from flag_sim.drawing.rasterizer import Colours, max_primitive_ids, RasterizerState
 from flag_sim.drawing.scene import flag_scene, Object
 from flag_sim.drawing.scene_buffers import SceneBuffers
 from flag_sim.drawing.shading import Light, shade
@@ -67,7 +67,7 @@ class Picture:
              materials: Materials = Materials(), dimensions: Dimensions = Dimensions(),
              style: Style = Style(), channels: Iterable[str] = ()) -> Frame:
         """
-        Draw the source's scene (1.2): a flag, its pole and its platform.
+        Draw the source's scene (sec. 1.2): a flag, its pole and its platform.
 
         flag_vertices, flag_normals: see scene.sheet; the others: see scene.flag_scene and
         draw_scene. Raises ValueError for other shapes, and for what is not of the class of its
@@ -167,7 +167,7 @@ class Picture:
                                             -(-camera.height // BAND), style.clear_colour)
         images = self._framebuffer.images(channels)
         settings = _render_settings(camera, style)
-        primitives = most_primitives(geometry) if images.visibility[0].size else 0
+        primitives = max_primitive_ids(geometry) if images.visibility[0].size else 0
         shape = camera.width, len(geometry.triangles), style.samples > 1, primitives
         if any(known != shape for known, _ in self._buffers.values()):
             self._buffers = {}

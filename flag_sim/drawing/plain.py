@@ -21,13 +21,14 @@ makes with two of the vertices, with a x b = a_u b_v - a_v b_u:
 
     E_a(p) = (c - b) x (p - b),   E_b(p) = (a - c) x (p - c),   E_c(p) = (b - a) x (p - a)
 
-Their sum A is twice the triangle's own area, and p is inside where all have its sign. The weights
-w_i = E_i / A are linear on the screen, and so is reversed Z, s = 1 / z, on any plane:
+Their sum is twice the signed area A, and p is inside where all have its sign. The weights
+w_i = E_i / (2 A) are linear on the screen, and so is reversed Z, s = 1 / z, on any plane:
 
     s(p) = w_a s_a + w_b s_b + w_c s_c
 
 A pixel keeps the greatest s of all triangles, which is the nearest (the Z-buffer). A value q is
-interpolated linearly on the screen, or linearly in space, where q / z is (Heckbert, 1989):
+interpolated linearly on the screen, or perspective-correctly, interpolating q / z (Heckbert,
+1989):
 
     q(p) = w_a q_a + w_b q_b + w_c q_c,   q(p) = (w_a s_a q_a + w_b s_b q_b + w_c s_c q_c) / s(p)
 """
@@ -44,17 +45,17 @@ def draw_triangle(corners, reversed_z, values, colour, depth, in_space=False) ->
     """
     v, u = np.mgrid[:depth.shape[0], :depth.shape[1]]
     a, b, c = corners
-    area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-    if area == 0.0:
+    twice_area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+    if twice_area == 0.0:
         return
     inside, weights = np.ones(depth.shape, bool), []
     for begin, end in ((b, c), (c, a), (a, b)):
-        du, dv = np.sign(area) * (end - begin)
+        du, dv = np.sign(twice_area) * (end - begin)
         edge = du * (v - begin[1]) - dv * (u - begin[0])
         # The top-left rule: a centre on an edge belongs to the triangle below or right of it.
         is_top_or_left = dv < 0.0 or (dv == 0.0 and du > 0.0)
         inside &= edge >= 0.0 if is_top_or_left else edge > 0.0
-        weights.append(edge / abs(area))
+        weights.append(edge / abs(twice_area))
     s = sum(w * s_i for w, s_i in zip(weights, reversed_z))
     seen = inside & (s > depth)
     if in_space:

@@ -17,10 +17,10 @@ The rasterizer: triangles in, pixels of a band out.
 
 It decides which triangle covers a pixel (see coverage) and which of those is the nearest (see
 depth). LARGE triangles are drawn one by one (see scanline), the others in batches (see batched).
-Colours are interpolated on the way, in the same loop as the depth, and pixels store which
-primitive they see where other attributes are asked for (see visibility): to resolve colours from
-the primitives too took 1.2 to 1.5 times as long for the whole frame, for hardly a pixel of a flag
-is hidden by another, and its colour is three sums.
+
+Colours are interpolated in the depth loop. Deferring them to a primitive-ID pass was 1.2-1.5 times
+slower: a flag has little overdraw. Pixels store the ID of the primitive that they see only where
+other attributes are asked for (see visibility).
 """
 from typing import NamedTuple
 
@@ -48,9 +48,9 @@ class RasterizerState(NamedTuple):
     """
     How triangles are drawn.
 
-    shift_u, shift_v: int32, where in the pixel its sample lies, from the centre [subpixel];
-    depth_ceiling: float32 in reversed Z, what is stored counts as no nearer than this: inf, or
-    -inf for the painter, whose triangles cover whatever is there; is_outlined: whether their
+    shift_u, shift_v: int32, sample offset from the pixel centre [subpixel]; depth_ceiling: float32
+    in reversed Z, stored depth is clamped to this before the test: inf changes nothing, -inf lets
+    every triangle overwrite (painter); is_outlined: whether their
     edges are drawn too; is_perspective_correct: whether colours are interpolated linearly in
     space, else linearly on the screen.
     """
@@ -86,7 +86,7 @@ def rasterize(geometry, colours, indices, state, target, batch, polygon):
     """
     Draw the triangles with `indices`, none of which may have an INVALID vertex.
 
-    batch, polygon: memory to work in. Primitives get IDs from 1 on (see most_primitives).
+    batch, polygon: scratch memory. Primitives get IDs from 1 on (see max_primitive_ids).
     """
     sizes, count = geometry.sizes, np.uint64(indices.size)
     next_id, k = np.int64(1), np.uint64(0)
@@ -109,8 +109,8 @@ def rasterize(geometry, colours, indices, state, target, batch, polygon):
             draw_outline(polygon, corners, state, next_id - 1, target)
 
 
-def most_primitives(geometry) -> int:
-    """Return how many IDs a Geometry's triangles take at most, some of which are clipped."""
+def max_primitive_ids(geometry) -> int:
+    """Return an upper bound on the IDs of a Geometry's primitives, allowing for clipping."""
     outcodes = geometry.vertices.outcodes[geometry.triangles]
     clipped = np.count_nonzero((outcodes != INSIDE).any(axis=1))
     return 1 + len(geometry.triangles) + (MAX_CORNERS - 3) * clipped

@@ -43,7 +43,7 @@ class Object:
     vertices: (n, 3) [m]; those that are not finite take their triangles out of the picture;
     triangles: (m, 3) of whole numbers, indices of vertices, counterclockwise seen from the front;
     normals: (n, 3) at the vertices, out of the front, of any length, or None to average them from
-    the triangles (1.13); surface: how it looks; label: a whole number from 0 to 255 that tells
+    the triangles (eq. 1.13); surface: how it looks; label: a whole number from 0 to 255 that tells
     its pixels from others'; is_closed: whether it is a closed body, whose back faces are never
     seen. Arrays that are read-only are taken to be the same in the next frame; others are read
     again. Raises ValueError for other shapes and types, and for triangles of vertices that do not
@@ -100,8 +100,8 @@ def sheet(vertices: np.ndarray, normals: np.ndarray | None = None, surface: Surf
     Return a cloth as an object, both sides of which are seen.
 
     vertices: (rows, columns, 3) [m]; normals: the same shape, of any length, on the side of (row
-    direction) x (column direction), or None to average them (1.13). Raises ValueError for other
-    shapes and types, and for fewer than two rows or columns.
+    direction) x (column direction), or None to average them (eq. 1.13).
+    Raises ValueError for other shapes and types, and for fewer than two rows or columns.
     """
     vertices = ranges.points('flag_vertices', vertices, (None, None, 3))
     triangles = grid_triangles(*vertices.shape[:2])
@@ -120,7 +120,7 @@ def flag_scene(flag_vertices: np.ndarray, flag_normals: np.ndarray | None = None
                camera: Camera = Camera(), materials: Materials = Materials(),
                dimensions: Dimensions = Dimensions()) -> list[Object]:
     """
-    Return the objects of the source's scene (1.2): the flag and, if seen, pole and platform.
+    Return the objects of the source's scene (sec. 1.2): the flag and, if seen, pole and platform.
 
     flag_vertices, flag_normals: see sheet; camera: it decides how finely round things are cut.
     Raises ValueError as sheet does, and for what is not of the class of its default.

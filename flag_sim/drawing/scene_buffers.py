@@ -99,7 +99,7 @@ class SceneBuffers:
 
         view: whatever else than the object tells where its vertices are on the screen and how
         they are lit. Left out are the chunks of objects that are as they were in the last frame
-        for which `end_frame` was called. Normals that are missing are averaged here (1.13); `load`
+        for which `end_frame` was called. Missing normals are averaged here (eq. 1.13); `load`
         copies the others.
         """
         last, last_view, loaded = self._objects, self._view, self._loaded

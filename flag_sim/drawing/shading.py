@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Shading: the colours of vertices under a light, for Gouraud's interpolation (1.13, 1.14)."""
+"""Shading: the colours of vertices under a light, for Gouraud shading (eqs. 1.13, 1.14)."""
 import dataclasses
 import math
 from typing import NamedTuple

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Shapes of what stands still: the pole and the platform of the source's scene (1.2), and a box.
+Shapes of what stands still: the pole and the platform of the source's scene (sec. 1.2), and a box.
 
 All are closed meshes. The world's origin is the centre of the pole's base, which is the centre of
 the platform's lower face; z is up. All round things share their angles, so that the pole fills

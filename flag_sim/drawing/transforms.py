@@ -34,29 +34,29 @@ ORIGIN = (0.0, 0.0, 0.0)
 
 
 def translate(offset: Sequence[float]) -> np.ndarray:
-    """Return the map that shifts by `offset` (3,) [m]: (4, 4) (2.1)."""
+    """Return the translation by `offset` (3,) [m]: (4, 4) (eq. 2.1)."""
     matrix = np.eye(4)
     matrix[:3, 3] = ranges.points('offset', offset, (3,))
     return matrix
 
 
 def scale(factors: Sequence[float], centre: Sequence[float] = ORIGIN) -> np.ndarray:
-    """Return the map that scales the axes by `factors` (3,) about `centre` (3,) [m] (2.2)."""
+    """Return the map that scales the axes by `factors` (3,) about `centre` (3,) [m] (eq. 2.2)."""
     return _about(centre, np.diag([*ranges.points('factors', factors, (3,)), 1.0]))
 
 
 def rotate_x(angle: float, centre: Sequence[float] = ORIGIN) -> np.ndarray:
-    """Return the turn by `angle` [rad] about the line along X through `centre` (3,) [m] (2.3)."""
+    """Return the rotation by `angle` [rad] about X, through `centre` (3,) [m] (eq. 2.3)."""
     return _about(centre, _rotate(angle, 1, 2))
 
 
 def rotate_y(angle: float, centre: Sequence[float] = ORIGIN) -> np.ndarray:
-    """Return the turn by `angle` [rad] about the line along Y through `centre` (3,) [m] (2.4)."""
+    """Return the rotation by `angle` [rad] about Y, through `centre` (3,) [m] (eq. 2.4)."""
     return _about(centre, _rotate(angle, 2, 0))
 
 
 def rotate_z(angle: float, centre: Sequence[float] = ORIGIN) -> np.ndarray:
-    """Return the turn by `angle` [rad] about the line along Z through `centre` (3,) [m] (2.5)."""
+    """Return the rotation by `angle` [rad] about Z, through `centre` (3,) [m] (eq. 2.5)."""
     return _about(centre, _rotate(angle, 0, 1))
 
 

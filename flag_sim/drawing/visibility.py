@@ -53,7 +53,7 @@ class Visibility(NamedTuple):
 
 class Primitives(NamedTuple):
     """
-    The primitives of a band by their IDs; of size 0 if nobody wants to know.
+    The primitives of a band by their IDs; of size 0 if they are not wanted.
 
     faces: (n,) int32, twice the triangle's index, one more if its back is seen; planes: (n, 6):
     the weights of its second and third vertex, times reversed Z in perspective: each at column 0

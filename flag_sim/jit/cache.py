@@ -24,8 +24,10 @@ import os
 from pathlib import Path
 import tempfile
 
+from flag_sim.jit.compilers import PartLibrary
 import numba
 from numba.core.caching import FunctionCache
+from numba.core.compiler import compile_result
 
 PACKAGE = Path(__file__).resolve().parents[1]
 WITHOUT_KERNELS = ('animation', 'declarations', 'nodes', 'parameters', 'protocol', 'ros', 'study',
@@ -92,6 +94,26 @@ class _CacheImpl(FunctionCache._impl_class):
     _locator_classes = [_Locator]
 
 
+class _PartLocator(_Locator):
+    """Keeps what callers copy of a kernel beside the kernel's machine code."""
+
+    def get_disambiguator(self):
+        return f'{super().get_disambiguator()}-part'
+
+
+class _PartCacheImpl(_CacheImpl):
+    _locator_classes = [_PartLocator]
+
+    def rebuild(self, target_context, payload):
+        """Return what was compiled, as numba's own does, but without an executable."""
+        library, fndesc, environment, signature, objectmode, lifted, annotation, *loads = payload
+        return compile_result(
+            target_context=target_context, typing_context=target_context.typing_context,
+            library=PartLibrary.kept(target_context.codegen(), library), environment=environment,
+            entry_point=object(), fndesc=fndesc, type_annotation=annotation, signature=signature,
+            objectmode=objectmode, lifted=lifted, reload_init=loads[0], referenced_envs=loads[1])
+
+
 _missed = []  # kernels that no cache held: each was compiled by this process
 
 
@@ -116,3 +138,9 @@ class KernelCache(FunctionCache):
         if found is None:
             _missed.append(self._py_func.__qualname__)
         return found
+
+
+class PartCache(KernelCache):
+    """What other kernels copy of a kernel, on the disk."""
+
+    _impl_class = _PartCacheImpl

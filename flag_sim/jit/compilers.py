@@ -15,10 +15,10 @@
 """
 What numba is told beyond its public options: the classes that compile a kernel.
 
-They exist for three things that numba's options cannot say: that arrays do not overlap, how wide
-vectors are, and that a kernel's machine code is its own. The last is for the sake of 'contract',
-which lets LLVM round a * b + c once wherever it can, and that depends on what the kernel was
-inlined into.
+They exist for four things that numba's options cannot say: that arrays do not overlap, how wide
+vectors are, that what only other kernels call needs no machine code, and that a kernel's machine
+code is its own. The last is for the sake of 'contract', which lets LLVM round a * b + c once
+wherever it can, and that depends on what the kernel was inlined into.
 
 An explicit fused multiply-add, llvm.fma by numba's `intrinsic`, with 'contract' off, would not
 depend on it, and was tried: every a * b + c of an expression rewritten so, left product first. It
@@ -60,16 +60,50 @@ class _Library(JITCodeLibrary):
         return self._shared_module
 
 
+class PartLibrary(_Library):
+    """
+    A kernel as a part of those that call it: optimised for them to copy, but no machine code.
+
+    Its callers' machine code holds all that is ever run of it.
+    """
+
+    def _finalize_final_module(self):
+        self._finalize_dynamic_globals()
+        self._verify_declare_only_symbols()
+        self._finalized = True
+
+    def serialize_using_object_code(self):
+        """Return what is kept on the disk: the part that callers copy."""
+        return self.name, 'part', self._get_module_for_linking().as_bitcode()
+
+    @classmethod
+    def kept(cls, codegen, serialized) -> 'PartLibrary':
+        """Return what was kept on the disk."""
+        name, _, bitcode = serialized
+        library = cls(codegen, name)
+        library.enable_object_caching()
+        library._shared_module = parse_bitcode(bitcode)
+        library._finalized = True
+        return library
+
+
 @register_pass(mutates_CFG=True, analysis_only=False)
 class _Lowering(NativeLowering):
-    """Puts a kernel into a library of its own."""
+    """Puts a kernel into a library of its own; one that Python cannot call becomes a part."""
 
     _name = 'kernel_lowering'
 
     def run_pass(self, state):
-        state.library = _Library(state.targetctx.codegen(), state.func_id.func_qualname)
+        is_part = state.flags.no_cpython_wrapper
+        kind = PartLibrary if is_part else _Library
+        state.library = kind(state.targetctx.codegen(), state.func_id.func_qualname)
         state.library.enable_object_caching()  # as numba does with its own
-        return super().run_pass(state)
+        state.flags.no_compile = is_part
+        super().run_pass(state)
+        if is_part:
+            state.cr = state.cr._replace(cfunc=object())  # callers find it by that, as by a cfunc
+            state.targetctx.insert_user_function(state.cr.cfunc, state.cr.fndesc, [state.library])
+        return True
 
 
 class KernelCompiler(Compiler):

@@ -22,7 +22,7 @@ of 60 turns with and without it, on a machine that was busy).
 from collections.abc import Callable
 import functools
 
-from flag_sim.jit.cache import KernelCache
+from flag_sim.jit.cache import KernelCache, PartCache
 from flag_sim.jit.compilers import InnerCompiler, KernelCompiler, NoAliasCompiler, WideCompiler
 import numba
 
@@ -37,6 +37,7 @@ def kernel(function: Callable = None, **options) -> Callable:
       would fold isfinite() to True.
     - nogil: other threads may run meanwhile.
     - no two arguments overlap: see NoAliasCompiler.
+    - no_cfunc_wrapper: no function of C's calls it; half a second less to compile a long one.
 
     `options` replace any of these. cache: False for one that is not kept on the disk.
     """
@@ -44,11 +45,31 @@ def kernel(function: Callable = None, **options) -> Callable:
         return functools.partial(kernel, **options)
     is_kept = options.pop('cache', True)
     options = {'nogil': True, 'error_model': 'numpy', 'fastmath': {'contract'},
-               'pipeline_class': NoAliasCompiler, **options}
+               'no_cfunc_wrapper': True, 'pipeline_class': NoAliasCompiler, **options}
     dispatcher = numba.njit(function, **options)
     if is_kept:
         dispatcher._cache = KernelCache(function)
+    _call_a_part(dispatcher, is_kept, options)
     return dispatcher
+
+
+def _call_a_part(dispatcher, is_kept, options):
+    """
+    Have other kernels call not a kernel itself but a variant that can be nothing but their part.
+
+    That has no machine code and no wrapper for Python, which unpacks every array of every record:
+    most of what compiling a small kernel takes. Few kernels are called both ways.
+    """
+    @functools.cache
+    def part():
+        variant = numba.njit(dispatcher.py_func, no_cpython_wrapper=True, **options)
+        if is_kept:
+            variant._cache = PartCache(dispatcher.py_func)
+        variant.add_overload = lambda one: variant.overloads.update({one.signature.args: one})
+        return variant
+    # What numba asks of a kernel that another one calls.
+    dispatcher.get_call_template = lambda *arguments: part().get_call_template(*arguments)
+    dispatcher.get_overload = lambda signature: part().get_overload(signature)
 
 
 inner_kernel = functools.partial(kernel, pipeline_class=InnerCompiler)

@@ -12,4 +12,4 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""All that knows ROS: the nodes and what they share."""
+"""The nodes, one module each."""

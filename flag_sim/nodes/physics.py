@@ -61,11 +61,11 @@ class Physics(FrameNode):
             warm_up(values)
 
     def check(self, values: Mapping) -> None:
-        """Raise ValueError for values of which no cloth can be made."""
+        """Raise ValueError for values that together make no scene."""
         check_scene(values)
 
     def check_wind(self, wind: np.ndarray) -> None:
-        """Raise ValueError for a wind (3,) [m/s] that the cloth does not take."""
+        """Raise ValueError for a wind (3,) [m/s] beyond MAX_WIND."""
         checks.vector('wind', wind, MAX_WIND)
 
     def restart(self, frame: FrameId) -> None:
@@ -103,7 +103,7 @@ class Physics(FrameNode):
                            'there; reset for a whole take')
 
     def _cause_of_gap(self, gap):
-        """Return in words why no frame was served for so long, or what can be done about it."""
+        """Return why no frame was served for so long, or what can be done about it, in words."""
         seconds, prepared = self._busy
         if seconds < 0.5 * gap:  # they were not sent, or not by this clock
             return 'a greater max_gap would simulate them'

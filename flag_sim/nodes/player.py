@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The player node, the recorder's twin: sends what a bag holds, by the clock or in lockstep."""
+"""The player node: publishes the messages of a bag, by the clock or in lockstep."""
 from collections.abc import Mapping, Sequence
 import sys
 import time
@@ -28,8 +28,8 @@ from flag_sim.ros.node_log import NodeLog
 from flag_sim.ros.parameter_node import BadParameter, ParameterNode
 from flag_sim.ros.topics import publish, TOPICS
 
-LOOK_AGAIN = 0.05
-"""Between looks of lockstep for what is overdue [s]."""
+POLL_PERIOD = 0.05
+"""How often lockstep checks for overdue frames [s]."""
 SOURCES = ('parameters', 'vertices')
 """Topics that drive the pipeline; the first of them that the bag has is played by default."""
 
@@ -95,7 +95,7 @@ class Player(ParameterNode):
             return None
 
     def _arm(self, seconds):
-        """Look again after `seconds`."""
+        """Call `_on_timer` again after `seconds`."""
         if self._timer is not None:
             self.destroy_timer(self._timer)
         self._timer = self.create_timer(max(seconds, 0.0), self._on_timer)
@@ -106,7 +106,7 @@ class Player(ParameterNode):
             self._delivery.resend_overdue(now)
             self._give_up(now)
             self._send_frame(now)
-            self._arm(LOOK_AGAIN)
+            self._arm(POLL_PERIOD)
         else:
             self._send_due(now)
         if self._next is None and not len(self._delivery) and not self.ended.done():
@@ -126,7 +126,7 @@ class Player(ParameterNode):
             name, _, data = self._next
             self._send(name, data)
             self._next = self._read()
-        self._arm(LOOK_AGAIN)
+        self._arm(POLL_PERIOD)
 
     def _send_frame(self, now):
         """Send all messages of the next frame, if none is in flight."""
@@ -152,7 +152,7 @@ class Player(ParameterNode):
             self._out[name].publish(as_oldest(data) if name == 'parameters' else data)
 
     def _give_up(self, now):
-        """Wait no longer for a frame that nobody can serve, as the bag lacks a part of it."""
+        """Stop waiting for a frame that no node can serve, because the bag lacks a part of it."""
         sent = self._delivery.oldest
         if sent is None or not sent.message.lost or (
                 now - sent.first_time <= self.values['resend_after']):

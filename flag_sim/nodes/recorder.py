@@ -34,14 +34,14 @@ from rclpy.serialization import deserialize_message
 
 LINGER = 3.0
 """
-How long a recorder that has all its frames goes on answering while the wind is there [s].
+How long a complete recording keeps answering while the wind is there [s].
 
-Its last answer may be lost; then the wind asks again, and this time begins anew.
+The last answer may be lost; then the wind asks again, and this time starts over.
 """
 
 
 def counted(number: int, noun: str, plural: str = '') -> str:
-    """Return a number of things in words."""
+    """Return a number with its noun, singular or plural."""
     return f'{number} {noun if number == 1 else plural or noun + "s"}'
 
 
@@ -63,7 +63,7 @@ class Recorder(ParameterNode):
         self._bag = Bag(path, self.values['storage'], self.values['compression'])
         self._recording = Recording([name for name in self._topics if TOPICS[name].every_frame],
                                     self.values['frames'])
-        self._last_asked = 0.0  # steady time at which somebody last asked for a frame [s]
+        self._last_asked = 0.0  # steady time at which a frame was last requested again [s]
         self._log = NodeLog(self)
         self._frame_done_out = publish(self, 'frame_done')
         for name in self._topics:
@@ -130,7 +130,7 @@ class Recorder(ParameterNode):
         placement = self._recording.place(name, stamp)
         if placement is Placement.ANSWER:
             self._last_asked = time.monotonic()
-            self._say_done(stamp)  # it was not heard the first time
+            self._say_done(stamp)  # the first answer was lost
         if placement is not Placement.WRITE or self.ended.done():
             return
         try:
@@ -145,7 +145,7 @@ class Recorder(ParameterNode):
         if self._recording.written(name, stamp):
             self._stopwatch.frames += 1
             self._say_done(stamp)
-            if self._recording.is_full:
+            if self._recording.has_all_frames:
                 self._last_asked = time.monotonic()
                 self.create_timer(0.1, self._end_when_heard)
 
@@ -168,7 +168,7 @@ class Recorder(ParameterNode):
         name = min(missing, key=self._topics.index)
         senders = publishers(self, name)
         return f'{name} of the frame at {stamp / 1e9:.3f} s: ' + (
-            f'{senders} has not sent it, its log says why' if senders else 'nobody publishes it')
+            f'{senders} has not sent it, its log says why' if senders else 'no node publishes it')
 
     def close(self) -> bool:
         """Close the bag and say what is in it; return whether that could not be done."""

@@ -17,7 +17,7 @@ from collections.abc import Mapping, Sequence
 import sys
 import time
 
-from flag_sim.declarations.making import Look, look_of
+from flag_sim.declarations.factories import Look, look_of
 from flag_sim.declarations.renderer import RENDERER
 from flag_sim.declarations.scene import check_scene
 from flag_sim.drawing import Picture
@@ -30,19 +30,23 @@ from flag_sim.ros.lifecycle import run
 from flag_sim.ros.topics import DEPTH, publish, publishers, subscribe
 import numpy as np
 
-GRACE = 1.0
+WIND_DISCOVERY_TIME = 1.0
 """
-After this time a wind that is not discovered is not there [s].
+How long after its start the renderer waits for a wind to be discovered [s].
 
-Vertices may come before it is discovered; only from then on are they drawn without parameters, as
-when they are played back alone.
+Vertices may come before the wind is discovered; after this time they are drawn without parameters,
+as when they are played back alone.
 """
-LOOK_AGAIN = 5.0
-"""Between looks for a second publisher of vertices; one that was killed is seen for less [s]."""
+POLL_PERIOD = 5.0
+"""
+How often to check for a second publisher of vertices [s].
+
+A publisher that was killed remains visible for less than that.
+"""
 
 
 class Drawing:
-    """What a frame is drawn from, and the messages that were asked for so far."""
+    """What a frame is drawn from, and the messages made of it so far."""
 
     def __init__(self, cloud: tuple[np.ndarray, np.ndarray | None], look: Look):
         self.cloud = cloud
@@ -67,8 +71,8 @@ class Renderer(FrameNode):
         self._frame_done_out = publish(self, 'frame_done')
         self._start = time.monotonic()
         subscribe(self, 'vertices', self._on_vertices)
-        self._grace = self.create_timer(GRACE, self._end_grace)
-        self._publishers_timer = self.create_timer(LOOK_AGAIN, self._look_for_publishers)
+        self._grace = self.create_timer(WIND_DISCOVERY_TIME, self._end_grace)
+        self._publishers_timer = self.create_timer(POLL_PERIOD, self._look_for_publishers)
         self._had_several = False  # publishers of vertices, at the last look
         self._log.watch(self._missing, lambda: self._stopwatch.frames)
         self.get_logger().info(
@@ -81,7 +85,7 @@ class Renderer(FrameNode):
             Picture().draw(square, None, *look_of(self.values))
 
     def check(self, values: Mapping) -> None:
-        """Raise ValueError for values of which no picture can be made."""
+        """Raise ValueError for values that together make no scene."""
         check_scene(values)
 
     # What arrives.
@@ -117,8 +121,9 @@ class Renderer(FrameNode):
             self._serve_alone(bytes(info['publisher_gid']['data']))
 
     def _serve_alone(self, sender):
-        """Draw what came without parameters, if there is nobody who could still send them."""
-        if time.monotonic() - self._start < GRACE or self.count_publishers('parameters'):
+        """Draw vertices without parameters, if no node could still send these."""
+        is_early = time.monotonic() - self._start < WIND_DISCOVERY_TIME
+        if is_early or self.count_publishers('parameters'):
             return
         for stamp in list(self._clouds):
             self.take_frame(FrameId(stamp, None, stamp, stamp), None, {}, sender)
@@ -137,8 +142,8 @@ class Renderer(FrameNode):
             frame = f'vertices of the frame at {min(lacking) / 1e9:.3f} s'
             senders = publishers(self, 'vertices')
             return (f'{frame}: {senders} has not sent them, its log says why' if senders else
-                    f'{frame}: nobody publishes them, is physics running?')
-        # A single cloud may be a late copy; nobody plays that.
+                    f'{frame}: no node publishes them, is physics running?')
+        # A single cloud may be a late copy, for which no parameters come.
         senders = publishers(self, 'parameters')
         if len(self._clouds) > 1 and senders:  # without any, the next one is drawn alone
             return (f'parameters of the frame at {min(self._clouds) / 1e9:.3f} s, whose vertices '
@@ -159,7 +164,7 @@ class Renderer(FrameNode):
     # The picture.
 
     def work(self, frame: FrameId, wind: np.ndarray, values: Mapping) -> Drawing:
-        """Return the frame's Drawing; it is drawn when somebody listens."""
+        """Return the frame's Drawing, drawn if it has subscribers."""
         if values != self._values:
             self._values, self._look = values, look_of(values)
         drawing = Drawing(self._clouds.take(frame.stamp), self._look)
@@ -172,10 +177,10 @@ class Renderer(FrameNode):
 
     def _draw(self, stamp, drawing):
         """
-        Make the messages that somebody listens to and that are not made yet.
+        Make the messages that have subscribers and are not made yet.
 
-        A frame is drawn once: who begins to listen to its depth when it is drawn without begins
-        with the next one.
+        A frame is drawn once: a subscriber to depth that comes after it was drawn without depth
+        gets the next one.
         """
         listened = self._listened()
         if 'camera_info' in listened and 'camera_info' not in drawing.messages:

@@ -19,7 +19,7 @@ import sys
 import time
 
 from flag_sim.animation.keys import values_at
-from flag_sim.animation.tracks import SAME
+from flag_sim.animation.tracks import TIME_TOLERANCE
 from flag_sim.animation.wind_source import WindSource
 from flag_sim.declarations.keyable import TARGETS
 from flag_sim.declarations.wind import WIND
@@ -37,14 +37,14 @@ from flag_sim.ros.topics import publish, subscribe
 from geometry_msgs.msg import Vector3, Vector3Stamped
 from rosgraph_msgs.msg import Clock as ClockMessage
 
-MOST_CROSSED = 4096
+MAX_CROSSED = 4096
 """Keys and events that are announced with one frame; of more the latest."""
-LOOK_AGAIN = 0.2
-"""Between looks of lockstep for overdue frames [s]."""
-REPORT = 5.0
-"""Between reports of missed frames and of another wind [s]."""
-ANOTHER = ('another node publishes parameters in this graph too: physics and renderer start over '
-           'whenever the sender changes')
+POLL_PERIOD = 0.2
+"""How often lockstep checks for overdue frames [s]."""
+REPORT_PERIOD = 5.0
+"""How often missed frames and a second wind are reported [s]."""
+SECOND_WIND_WARNING = ('another node publishes parameters in this graph too: physics and renderer '
+                       'start over whenever the sender changes')
 
 
 class Wind(AnimationNode):
@@ -58,19 +58,20 @@ class Wind(AnimationNode):
         self._clock_out = publish(self, '/clock') if self.values['publish_clock'] else None
         self._message = frame_message.FrameMessage(self.get_fully_qualified_name())
         self._delivery = Delivery(self, self._send_again, self._on_done)
-        self._crossed = collections.deque(maxlen=MOST_CROSSED)  # keys that are to be announced
+        self._crossed = collections.deque(maxlen=MAX_CROSSED)  # keys that are to be announced
         self._missed = MissedFrames()
-        self._last_look = time.monotonic(), time.process_time()  # of real time at what is due [s]
-        self._reset_since = None  # steady time at which a reset was asked for [s]
+        # When _send_due last ran: steady time and process CPU time [s].
+        self._last_look = time.monotonic(), time.process_time()
+        self._reset_since = None  # steady time at which a reset was requested [s]
         self._timer = None
         self._take = None
         self._begin_take()
         subscribe(self, 'reset', self._on_reset)
         subscribe(self, 'step', self._on_step)
         self._set_timer()
-        self.create_timer(REPORT, self._report)
+        self.create_timer(REPORT_PERIOD, self._report)
         self._diagnostics = Diagnostics(self, self._status)
-        # In real time frames leave whether or not anybody is there to serve them.
+        # In real time frames are sent whether or not any node is there to serve them.
         waits = ('sent at once, served by' if self.values['pace'] == 'realtime' else 'waiting for')
         self.get_logger().info(f'{self._plan()}, {self.values["pace"]}, {waits} '
                                f'{", ".join(self.values["wait_for"]) or "nobody"}')
@@ -84,7 +85,7 @@ class Wind(AnimationNode):
     # Parameters.
 
     def check(self, values: Mapping) -> None:
-        """Raise ValueError for an animation that cannot be played, or never be done."""
+        """Raise ValueError for an animation that cannot be played, or would never finish."""
         check_delivery(values)
         if values['stamp.clock'] == 'wall' and values['stamp.start']:
             raise ValueError(f'stamp.start {values["stamp.start"]:g} s is only for stamp.clock '
@@ -106,7 +107,8 @@ class Wind(AnimationNode):
             self._take.clock.wait()
             self._set_timer()
         if 'pace' in changed:
-            self._delivery.clear()  # frames of real time are owed to nobody, as they have said
+            # In real time no node waits for a resend, so nothing is kept in flight.
+            self._delivery.clear()
 
     def now(self) -> float:
         """Return the time of the last frame in the animation [s]."""
@@ -129,7 +131,7 @@ class Wind(AnimationNode):
             self.destroy_timer(self._timer)
         playing = self.values['pace'] == 'realtime' and not self.values['paused']
         self._timer = self.create_timer(
-            1.0 / self.values['rate'] if playing else LOOK_AGAIN, self._on_timer)
+            1.0 / self.values['rate'] if playing else POLL_PERIOD, self._on_timer)
 
     def _on_timer(self):
         now = time.monotonic()
@@ -148,7 +150,7 @@ class Wind(AnimationNode):
             self._send(time.monotonic())
 
     def _on_reset(self, _):
-        """Begin again; in lockstep only when what is in flight has been done."""
+        """Begin again; in lockstep only when the frames in flight are done."""
         self._reset_since = time.monotonic()
         self._finish_reset(self._reset_since)
 
@@ -193,7 +195,7 @@ class Wind(AnimationNode):
     # Real time.
 
     def _send_due(self, now):
-        """Send the frame that is due; time that went by without the timer is frames missed."""
+        """Send the frame that is due; earlier ones that were not sent count as missed."""
         if self._take.is_over:
             return
         (before, computed_before), self._last_look = self._last_look, (now, time.process_time())
@@ -211,11 +213,11 @@ class Wind(AnimationNode):
         if self._take.previous < 0:
             self._take.clock.meet_wall()
         at = self._take.clock.time
-        # All nodes keep what may be asked for again; in real time that is nothing.
+        # In lockstep, nodes keep answers that may be requested again; in real time they keep none.
         frame = self._take.next_id(self._take.oldest_index(self._delivery)
                                    if self.values['pace'] == 'lockstep' else None)
         with self._stopwatch.measure('work'):
-            # Keys and gusts are at times of the take, whatever its stamps are.
+            # Keys and gusts are at times of the take, independent of its stamps.
             keyed = values_at(self.timeline, at / 1e9, TARGETS)
             wind = self._wind_source.at(at / 1e9)
             message = self._message.fill(frame, wind, keyed)
@@ -241,11 +243,11 @@ class Wind(AnimationNode):
         """
         Publish the keys and events that take effect in the frame that is `at` [ns] in the take.
 
-        A key at the time of the frame has exactly its stamp, whichever way that was rounded. What
-        could not be sent leaves with the next frame.
+        A key at the frame's time gets exactly the frame's stamp, despite rounding. What could not
+        be sent leaves with the next frame.
         """
         for key, name in self.timeline.crossed(self._take.previous / 1e9, at / 1e9):
-            is_now = key >= at / 1e9 - SAME
+            is_now = key >= at / 1e9 - TIME_TOLERANCE
             self._crossed.append(messages.header(
                 self._take.clock.offset + (at if is_now else round(key * 1e9)), name))
         while self._crossed and self._keyframe_out.publish(self._crossed[0]):
@@ -254,10 +256,10 @@ class Wind(AnimationNode):
     # Reports.
 
     def _report(self):
-        """Warn of frames that were missed, and of another wind."""
+        """Warn of frames that were missed, and of a second wind."""
         self._report_missed()
         if self.count_publishers('parameters') > 1:
-            self._log.warn(ANOTHER)
+            self._log.warn(SECOND_WIND_WARNING)
 
     def _report_missed(self):
         """Warn of frames that were missed since the last time."""
@@ -272,7 +274,7 @@ class Wind(AnimationNode):
         pace = 'paused' if self.values['paused'] else self.values['pace']
         late, missed = self._delivery.late_in_words(time.monotonic()), self._missed.lately()
         alarms = [f'waiting for {late}'] * bool(late) + [f'{missed} frames missed'] * bool(missed)
-        alarms += [ANOTHER] * (self.count_publishers('parameters') > 1)
+        alarms += [SECOND_WIND_WARNING] * (self.count_publishers('parameters') > 1)
         return (WARN if alarms else OK, '; '.join(alarms) or pace, {
             'pace': pace, 'rate [Hz]': self.values['rate'],
             'time [s]': max(self._take.previous, 0) / 1e9,

@@ -23,7 +23,7 @@ machine whose two processors were busy).
 """
 from flag_sim.jit.kernels import shared_kernel
 from flag_sim.parallel.atomics import fetch_add, load
-from flag_sim.parallel.spinning import SPINS, yield_processor
+from flag_sim.parallel.spinning import LOADS_BEFORE_YIELD, yield_processor
 import numpy as np
 
 # Where the cells of a barrier lie: each in a cache line of its own.
@@ -39,7 +39,7 @@ def new_barrier(bands: int) -> np.ndarray:
 
 
 def release(barrier: np.ndarray):
-    """Let all threads through from now on: somebody will not come. Their results are void."""
+    """Let all threads through from now on, as one will not come; their results are void."""
     barrier[IS_RELEASED] = 1
 
 
@@ -54,5 +54,5 @@ def wait(barrier: np.ndarray):
     loads = 0
     while load(barrier, ARRIVALS) < goal and load(barrier, IS_RELEASED) == 0:
         loads += 1
-        if loads > SPINS:
+        if loads > LOADS_BEFORE_YIELD:
             yield_processor()

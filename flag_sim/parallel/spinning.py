@@ -24,9 +24,9 @@ from flag_sim.parallel.atomics import load
 from numba import types
 import numpy as np
 
-SPINS = 3000
+LOADS_BEFORE_YIELD = 3000
 """Loads, some microseconds, after which a thread that waits offers its processor to others."""
-PATIENCE = 5000
+LOADS_BEFORE_SLEEP = 5000
 """Loads, about a millisecond, after which a thread that waits for work goes to sleep."""
 
 yield_processor = types.ExternalFunction('sched_yield', types.int32())
@@ -36,9 +36,9 @@ yield_processor = types.ExternalFunction('sched_yield', types.int32())
 @shared_kernel
 def spin_until_changed(cells: np.ndarray, value: int) -> bool:
     """Wait until cells[0], int64, differs from value; return whether it did in time."""
-    for count in range(PATIENCE):
+    for count in range(LOADS_BEFORE_SLEEP):
         if load(cells, 0) != value:
             return True
-        if count > SPINS:
+        if count > LOADS_BEFORE_YIELD:
             yield_processor()
     return False

@@ -22,7 +22,7 @@ two processors that are free. Where both were busy, two took 22 % longer than on
 """
 import os
 
-ROUNDS = 6
+FRAMES_PER_CHOICE = 6
 """
 Frames that each number of threads is measured by.
 
@@ -38,8 +38,8 @@ class ThreadChoice:
 
     threads: the number for the present frame. most: the highest that it may become.
     With 0 given, the first frames are done by 1, 2, 4, ... threads in turn, up to the processors
-    of this process, and the best number stays. It is chosen anew once ROUNDS frames running were
-    slower than by one thread alone: then the machine is busy with something else.
+    of this process, and the best number stays. It is chosen anew once FRAMES_PER_CHOICE frames in
+    a row were slower than by one thread alone: then the machine is busy with something else.
     """
 
     def __init__(self, threads: int):
@@ -67,12 +67,12 @@ class ThreadChoice:
         """Note how long a frame took [s], per amount of work; choose once all are measured."""
         if self._times:
             self._times[self.threads].append(seconds)
-            if min(map(len, self._times.values())) == ROUNDS:
+            if min(map(len, self._times.values())) == FRAMES_PER_CHOICE:
                 self.threads, self._single_time = self._best(), min(self._times[1])
                 self._times = {}
         elif self._single_time is not None and self.threads > 1:
             self._slow_frames = self._slow_frames + 1 if seconds > self._single_time else 0
-            if self._slow_frames == ROUNDS:
+            if self._slow_frames == FRAMES_PER_CHOICE:
                 self.restart()
 
     def _best(self):

@@ -15,8 +15,11 @@
 """
 The machinery of parameters: how one is declared, checked, and written to a params file.
 
-declaration   one parameter: name, default, unit, range, choices, effect
-declared      declarations beside the fields of dataclasses, and groups of them for nodes
-checks        refusal of other bad values                closed   of attributes that nobody reads
-arguments     types of what commands take                params_file
+- declaration: one parameter: name, default, unit, range, choices, effect
+- declared: declarations beside the fields of dataclasses, and groups of them for nodes
+- checks: refusal of other bad values
+- closed: refusal of unknown attributes
+- arguments: types of command-line arguments
+- params_file, file_targets: writing a params file; which nodes one has parameters for
+- config: where the package's own params files are
 """

@@ -29,7 +29,7 @@ LARGEST = 1e12
 """Beyond any physical value; its products and roots are far from overflow."""
 
 DIGITS = range(4, 17)
-"""How many digits of a limit somebody may print, and somebody else type again."""
+"""With how many digits a limit may be printed, and then typed by a user."""
 
 
 def text(number: float) -> str:
@@ -70,7 +70,7 @@ def require(holds: bool, name: str, rule: str, value: object) -> None:
 
 def path(name: str, value: str | Path) -> Path:
     """
-    Return value as a Path, with `~` and `~user` at its begin read as a shell does.
+    Return value as a Path, with `~` and `~user` at its beginning expanded as by a shell.
 
     A shell itself does so only where they begin a word, not in `path:=~/bag` or `--out=~/out`.
     Raises ValueError for a user that is not known here.

@@ -15,7 +15,7 @@
 """
 Which attributes an object has: those that its class gives it, and no others.
 
-Python lets anybody set an attribute of any name. One that nobody reads, because it is mistyped or
+Python allows setting an attribute of any name. One that is never read, because it is mistyped or
 belongs to another object, would be accepted without effect. Both functions here are decorators of
 classes. Objects of a subclass stay open: what they have is for its author to say.
 """
@@ -24,7 +24,7 @@ import functools
 
 
 def closed(cls: type) -> type:
-    """Let a class's objects, once made, keep to the attributes that they have."""
+    """Refuse new attributes on a class's objects, once they are made."""
     def refusal(thing, name):
         if hasattr(type(thing), name) or name in thing.__dict__:
             return None
@@ -39,7 +39,7 @@ def closed(cls: type) -> type:
 
 
 def constant(cls: type) -> type:
-    """Let nobody set a public attribute of a class's objects, once they are made."""
+    """Make the public attributes of a class's objects read-only, once they are made."""
     def refusal(thing, name):
         if name.startswith('_'):
             return None

@@ -28,10 +28,23 @@ Directions [rad] go one turn to either side, so that a track may pass through ha
 What is beyond is most often meant in degrees.
 """
 
-MOST_CHARACTERS = 4096
+MAX_CHARACTERS = 4096
 """Of a text: the longest path that Linux takes."""
-MOST_VALUES = 4_000_000
+MAX_VALUES = 4_000_000
 """Of a list of any length."""
+
+
+def as_typed(number: float) -> str:
+    """Return a number rounded to six digits, as YAML 1.1 and so `ros2 param set` takes it."""
+    mantissa, e, exponent = f'{number:g}'.partition('e')
+    # YAML reads 1e+09 as a text, and 1.0e+09 as a number.
+    return mantissa + ('.0' if e and '.' not in mantissa else '') + e + exponent
+
+
+def _as_python(value):
+    """Return a list or a number for one of numpy or of the module array, else the value."""
+    is_array = hasattr(value, 'tolist') and not isinstance(value, type)
+    return value.tolist() if is_array else value
 
 
 @dataclasses.dataclass(frozen=True)
@@ -74,7 +87,7 @@ class Declaration:
         """Return the range as people read it, `0.1 to 10`; empty where there is none."""
         if self.low is None:
             return ''
-        low, high = (f'{end:g}' if self.kind is float else f'{end}'
+        low, high = (as_typed(end) if self.kind is float else f'{end}'
                      for end in (self.low, self.high))
         return f'{low} to {high}'
 
@@ -101,12 +114,12 @@ class Declaration:
         Raises ValueError, with the rule and the value, for a value out of range and for one of
         another type, but that a whole number is taken for a number.
         """
-        value = value.tolist() if hasattr(value, 'tolist') else value
+        value = _as_python(value)
         if not self.is_list:
             accepted = self._accept_one(value)
         elif isinstance(value, (list, tuple)) and self.length in (None, len(value)):
-            if len(value) > MOST_VALUES:
-                raise ValueError(f'{name or self.name} must have at most {MOST_VALUES} values, '
+            if len(value) > MAX_VALUES:
+                raise ValueError(f'{name or self.name} must have at most {MAX_VALUES} values, '
                                  f'not {len(value)}')
             accepted = [self._accept_one(one) for one in value]
             accepted = None if None in accepted else accepted
@@ -123,7 +136,7 @@ class Declaration:
         Beside what `accept` does, 3.0 is a whole number: ROS parameters are of one type each,
         and it is of another there.
         """
-        value = value.tolist() if hasattr(value, 'tolist') else value
+        value = _as_python(value)
         if self.kind is int and isinstance(value, float) and value.is_integer():
             value = int(value)
         accepted = self.accept(value, name)
@@ -135,8 +148,8 @@ class Declaration:
             return self._accept_number(one)
         if type(one) is not self.kind or (self.choices and one not in self.choices):
             return None
-        if self.kind is str and len(one) > MOST_CHARACTERS:
-            raise ValueError(f'{self.name} must have at most {MOST_CHARACTERS} characters, '
+        if self.kind is str and len(one) > MAX_CHARACTERS:
+            raise ValueError(f'{self.name} must have at most {MAX_CHARACTERS} characters, '
                              f'not {len(one)}')
         return one if self.low is None or self.low <= one <= self.high else None
 

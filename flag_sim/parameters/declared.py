@@ -15,8 +15,8 @@
 """
 Parameters declared beside the fields that they set.
 
-A frozen dataclass whose fields are made by `declared` says once what each may be. The class checks
-itself by that (Declared), and a node has the same fields as parameters (Group):
+A frozen dataclass with fields made by `declared` states each field's valid range once. The class
+validates itself with it (`Declared`) and a node exposes the same fields as parameters (`Group`):
 
 >>> @dataclass(frozen=True)
 ... class Air(Declared):
@@ -40,9 +40,8 @@ def declared(default: object, effect: str, unit: str = '', low: float = None, hi
     """
     Return a dataclass's field with its Declaration.
 
-    more: `name`, of the parameter where it is not the group's prefix and the field's name, and
-    other fields of Declaration. A tuple is a list of its length. Braces in `effect` are filled by
-    a group's words.
+    more: other fields of Declaration. name: the parameter's name if it is not prefix + field name.
+    A tuple is a list of its length. `{...}` in `effect` is filled from the Group's `words`.
     """
     if isinstance(default, tuple):
         more = {'length': len(default), **more}
@@ -81,15 +80,15 @@ class Group:
     """
     The declared fields of a record as parameters of a node, in their order.
 
-    record: a Declared whose values are the defaults. prefix: of the parameters' names. but:
-    fields that are no parameters. words: what stands in the effects for {…}.
+    record: a Declared whose values are the defaults. prefix: of the parameters' names.
+    exclude: fields that are no parameters. words: fill `{...}` in the effects.
     """
 
-    def __init__(self, record: Declared, prefix: str = '', but: tuple = (), **words: str):
+    def __init__(self, record: Declared, prefix: str = '', exclude: tuple = (), **words: str):
         self._record = record
         self._fields = {}
         for field in dataclasses.fields(record):
-            if KEY in field.metadata and field.name not in but:
+            if KEY in field.metadata and field.name not in exclude:
                 declaration, default = field.metadata[KEY], getattr(record, field.name)
                 self._fields[field.name] = dataclasses.replace(
                     declaration, name=declaration.name or prefix + field.name,
@@ -100,23 +99,24 @@ class Group:
         """Iterate over the declarations, with the parameters' full names."""
         return iter(self._fields.values())
 
-    def only(self, *fields: str) -> tuple[Declaration, ...]:
+    def pick(self, *fields: str) -> tuple[Declaration, ...]:
         """Return the declarations of some fields."""
         return tuple(self._fields[field] for field in fields)
 
-    def but(self, *fields: str) -> tuple[Declaration, ...]:
-        """Return the declarations of all other fields."""
-        return tuple(one for field, one in self._fields.items() if field not in fields)
+    def without(self, *fields: str) -> tuple[Declaration, ...]:
+        """Return the declarations of all fields but some."""
+        return tuple(declaration for field, declaration in self._fields.items()
+                     if field not in fields)
 
     def arguments(self, values: Mapping[str, object]) -> dict[str, object]:
-        """Return {field: value} of {parameter: value}, in which there may be others' too."""
-        return {field: values[one.name] for field, one in self._fields.items()}
+        """Return {field: value} from {parameter: value}, in which there may be others too."""
+        return {field: values[declaration.name] for field, declaration in self._fields.items()}
 
     def make(self, values: Mapping[str, object]) -> Declared:
-        """Return the record of {parameter: value}; raises ValueError by the parameters' names."""
+        """Build the record from {parameter: value}; errors name the parameter."""
         try:
             return dataclasses.replace(self._record, **self.arguments(values))
         except ValueError:
-            for one in self:
-                one.convert(values[one.name])
+            for declaration in self:
+                declaration.convert(values[declaration.name])
             raise

@@ -12,4 +12,4 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Frames between the nodes: their order, clock, delivery, recording and reports; without ROS."""
+"""Frames between the nodes: their order, clock, resending, recording and reports; without ROS."""

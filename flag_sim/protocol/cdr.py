@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""CDR, the form in which messages travel: what can be read of one without decoding all of it."""
+"""CDR, the wire format of messages: reading a stamp without decoding the whole message."""
 import struct
 
 

@@ -67,7 +67,7 @@ class FrameClock:
             self.offset = max(self.offset, self._wall() - self.time)
 
     def wait(self) -> None:
-        """Let time stand still until `due` is asked for again."""
+        """Stop the clock until `due` is called again."""
         self._due_origin = None  # (steady time [s], frame that was due at it)
 
     def due(self, now: float) -> int:

@@ -16,11 +16,11 @@
 The order of frames: each served once and in turn, whatever the network does to their messages.
 
 A frame is known by its take (one run of the shot), its index in it, and the oldest frame of the
-take that somebody may still be waiting for when it was sent. In lockstep the frames from `oldest`
-on are owed: they are served one after another, and one that was lost is waited for, because it
-is sent again. In real time nothing is owed (`oldest` is the frame itself) and gaps are passed.
+take that a node may still be waiting for when it was sent. In lockstep no frame from `oldest` on
+may be skipped: they are served one after another, and one that was lost is waited for, because it
+is sent again. In real time any frame may be skipped (`oldest` is the frame itself).
 
-A frame that is sent although its sender said before that nobody waits for it any more is played
+A frame that is sent although its sender said before that no node waits for it any more is played
 again: a looped bag is played in rounds, and no frame of a round is a copy of the round before.
 """
 from collections.abc import Callable, Hashable
@@ -40,9 +40,9 @@ class FrameId(NamedTuple):
 
 def next_take(take: int) -> int:
     """
-    Return the number of a new take after `take`; 0: after none.
+    Return the number of a new take that follows `take`, 0 for the first.
 
-    It is the wall clock's [ns], so that it is greater across restarts of the sender too, unless
+    It is the wall clock's time [ns], so that it also grows across restarts of the sender, unless
     that clock was set back meanwhile.
     """
     return max(take + 1, time.time_ns())
@@ -61,13 +61,13 @@ def _follows(frame: FrameId, behind: FrameId) -> bool:
     """Return whether a frame comes right after another one, or is the same once more."""
     if frame.take != behind.take:
         return frame.take > behind.take
-    # Only where nothing is owed may some be left out between them.
-    owes = any(each.oldest < each.index for each in (behind, frame))
-    return behind.index <= frame.index <= (behind.index + 1 if owes else frame.index)
+    # Frames between them may be left out only in real time.
+    is_lockstep = any(each.oldest < each.index for each in (behind, frame))
+    return behind.index <= frame.index <= (behind.index + 1 if is_lockstep else frame.index)
 
 
 class FrameOrder:
-    """Keeps frames until it is their turn."""
+    """Keeps frames until it is their turn; `arrive` classifies each, `next_frame` returns it."""
 
     LONGEST_QUEUE = 64  # more than any window; only a broken sender fills it
     LARGEST_WINDOW = 8  # of any sender [frames]; copies of frames farther behind are not asked for
@@ -83,12 +83,12 @@ class FrameOrder:
 
     def arrive(self, frame: FrameId, sender: Hashable = None) -> Arrival:
         """
-        Take note of a frame and say what it is.
+        Note a frame that has arrived; return what it is.
 
-        sender: whatever tells one publisher from another, or None. A new publisher may play an
+        sender: identifies the publisher, or None. A new publisher may play an
         old take again (a bag that is played twice); the same publisher's older frames are copies
         or, where two that are far behind come in a row, the beginning of another round. One alone
-        decides nothing: a network that holds messages back brings such copies.
+        decides nothing: a network that delays messages delivers such copies.
         """
         changed = sender != self._sender
         self._sender = sender
@@ -127,7 +127,7 @@ class FrameOrder:
         """
         Return the next frame whose turn it is and that `is_ready`, or None.
 
-        The frame counts as served from here on, and earlier ones that nobody is owed are dropped.
+        The frame counts as served from here on; earlier ones that no node waits for are dropped.
         """
         for index in sorted(self._waiting):
             frame = self._waiting[index]

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""A condition that is reported when it begins and when it is over, not whenever it flickers."""
+"""Hysteresis: a condition is reported when it begins and when it has ended, not in between."""
 
 
 class Hysteresis:

@@ -19,7 +19,7 @@ import dataclasses
 from flag_sim.protocol.frames import FrameId
 
 FIRST_RESEND = 0.2
-"""Before a frame is sent again while nobody has ever answered: discovery takes a moment [s]."""
+"""Time until a frame is sent again while no node has ever answered (discovery is slow) [s]."""
 
 
 @dataclasses.dataclass
@@ -81,7 +81,7 @@ class FramesInFlight:
                 return False
             del self._frames[stamp]
             self.answered = True
-        # Somebody is there, also if the frame was given up meanwhile.
+        # A consumer is there, even if the frame was given up meanwhile.
         self._silent_since = now if self._frames else None
         return sent is not None
 
@@ -89,7 +89,7 @@ class FramesInFlight:
         """
         Let the frames in flight be done when all `consumers` say so, from now on.
 
-        Who has said so already is asked again with the frame's next copy.
+        Consumers that have said so already are asked again with the frame's next copy.
         """
         self._consumers = consumers = set(consumers)
         for sent in self._frames.values():
@@ -107,7 +107,7 @@ class FramesInFlight:
         Return the oldest frame if it is to be sent again now, or None; it then counts as sent.
 
         That is when it last left more than `after` [s] ago, or FIRST_RESEND if that is less and
-        nobody has ever answered.
+        no node has ever answered.
         """
         sent = self.overdue(now, after if self.answered else min(FIRST_RESEND, after))
         if sent is not None:
@@ -117,9 +117,9 @@ class FramesInFlight:
 
     def late(self, now: float, after: float) -> list[str]:
         """
-        Return who lets the oldest frame wait, if no frame was done for more than `after` [s].
+        Return the consumers that the oldest frame waits for, if none was done for `after` [s].
 
-        Frames that left while another one was waited for are not late for that.
+        Frames sent while another one was waited for are not late because of that.
         """
         if self.oldest is None or now - self._silent_since <= after:
             return []
@@ -133,7 +133,7 @@ class FramesInFlight:
         """
         Give up the oldest frames until fewer than `window` are in flight; return their number.
 
-        Frames that are given up while nobody has ever answered are not counted.
+        Frames that are given up while no node has ever answered are not counted.
         """
         surplus = max(len(self) - window + 1, 0)
         for _ in range(surplus):

@@ -12,17 +12,17 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Frames that a wind has missed in real time, and why."""
+"""Frames that the wind node has missed in real time, and why."""
 from collections import Counter
 from collections.abc import Collection
 
-BUSY = 0.5
-"""A sender that computed for less than this part of a delay was not what caused it."""
+MIN_CPU_SHARE = 0.5
+"""A sender that computed for less than this fraction of a delay did not cause it."""
 
 
 class MissedFrames:
     """
-    Counts the frames of a wind, and reports those that were missed.
+    Counts the frames of the wind node, and reports those that were missed.
 
     frames: a Counter of those that were `sent`, and of those that were missed because the wind
     itself was `slow`, because the machine was `busy` with other processes, or because the frames
@@ -46,14 +46,14 @@ class MissedFrames:
 
         computed: how much of this time the wind's process had a processor [s].
         """
-        self.frames['slow' if computed >= BUSY * seconds else 'busy'] += count
+        self.frames['slow' if computed >= MIN_CPU_SHARE * seconds else 'busy'] += count
 
     def report(self, rate: float, late: str, consumers: Collection[str]) -> str:
         """
         Return a warning of the frames that were missed since the last one, '' if there are none.
 
-        rate: of the frames [Hz]; late: who lets the wind wait now, in words, or ''; consumers: the
-        names of all that the wind waits for.
+        rate: of the frames [Hz]; late: the nodes that the wind waits for now, in words, or '';
+        consumers: the names of all nodes in `wait_for`.
         """
         new, self._reported = self.frames - self._reported, self.frames.copy()
         missed = self._missed(new)
@@ -70,7 +70,7 @@ class MissedFrames:
                 f'at {rate:g} Hz: {", ".join(reasons)}{way_out}')
 
     def lately(self) -> int:
-        """Return how many frames were missed since this was asked last."""
+        """Return how many frames were missed since the last call."""
         new, self._shown = self.frames - self._shown, self.frames.copy()
         return self._missed(new)
 

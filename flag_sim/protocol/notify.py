@@ -13,10 +13,10 @@
 # limitations under the License.
 
 """
-What a process tells whoever started it: that it is ready, how far it is, and that it ends.
+sd_notify messages: a process tells its parent that it is ready, its progress, and its end.
 
 By the protocol of systemd, sd_notify(3): a datagram of lines NAME=value to the socket that the
-environment variable NOTIFY_SOCKET names. So nobody has to read a log's wording for it.
+environment variable NOTIFY_SOCKET names. So no log has to be parsed for it.
 """
 import contextlib
 import fcntl
@@ -27,18 +27,18 @@ import socket
 import struct
 import termios
 
-PATIENCE = 5.0
-"""For a receiver that has not read ten messages [s]; what is sent then is lost."""
-MOST_BYTES = 4096
-"""Of a message."""
+SEND_TIMEOUT = 5.0
+"""How long to wait for a receiver with ten unread messages [s]; then the message is dropped."""
+MAX_BYTES = 4096
+"""Length of a message."""
 
 
 class NotifySender:
     """
-    The end in the process that was started; `is_connected` tells whether anybody listens.
+    The end in the process that was started; `is_connected` tells whether its parent listens.
 
-    Variables are those of sd_notify(3), or named X_FLAG_SIM_... A receiver that is gone hinders
-    nobody.
+    Variables are those of sd_notify(3), or named X_FLAG_SIM_... A receiver that is gone is
+    ignored.
     """
 
     def __init__(self):
@@ -54,12 +54,12 @@ class NotifySender:
         except OSError:
             sender.close()
             return
-        sender.settimeout(PATIENCE)
+        sender.settimeout(SEND_TIMEOUT)
         self._socket = sender
 
     @property
     def is_connected(self) -> bool:
-        """Return whether somebody asked to be notified."""
+        """Return whether the process was started with a NOTIFY_SOCKET."""
         return self._socket is not None
 
     def send(self, **variables) -> None:
@@ -103,7 +103,7 @@ class NotifyReceiver:
         """Return the latest of every variable that was sent so far: {name: text}."""
         with contextlib.suppress(BlockingIOError):
             while True:
-                lines = self._socket.recv(MOST_BYTES).decode(errors='replace').splitlines()
+                lines = self._socket.recv(MAX_BYTES).decode(errors='replace').splitlines()
                 self._variables.update(line.split('=', 1) for line in lines if '=' in line)
         return self._variables
 

@@ -12,13 +12,13 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The messages of a bag put together to frames by their stamps, whenever they were received."""
+"""The messages of a bag grouped into frames by their stamps, whenever they were received."""
 from collections.abc import Collection, Iterable, Iterator
 import dataclasses
 
 from flag_sim.protocol.cdr import serialized_stamp
 
-AHEAD = 32
+LOOKAHEAD = 32
 """
 Frames that are read ahead for what belongs to the first of them.
 
@@ -60,7 +60,7 @@ def recorded_frames(messages: Iterable[tuple[str, int, bytes]],
     try:
         for name, _, data in messages:
             _put(ahead, set(every_frame), name, data)
-            while ahead and (not ahead[0].missing or len(ahead) > AHEAD):
+            while ahead and (not ahead[0].missing or len(ahead) > LOOKAHEAD):
                 yield _closed(ahead.pop(0))
     except ValueError as error:
         failure = error

@@ -19,8 +19,8 @@ import enum
 
 from flag_sim.protocol.frames import Arrival, FrameId, FrameOrder
 
-REMEMBERED = 1024
-"""Frames of which copies are recognised."""
+REMEMBERED_FRAMES = 1024
+"""Number of latest frames whose copies are recognised."""
 TAKE_GAP = 100_000_000
 """Time in the bag between two takes [ns]."""
 LATEST = 2**63 - 1
@@ -31,7 +31,7 @@ class Placement(enum.Enum):
     """What becomes of a message that has arrived."""
 
     WRITE = enum.auto()   # it is written into the bag
-    ANSWER = enum.auto()  # its frame is complete: somebody has not heard that it is done
+    ANSWER = enum.auto()  # its frame is complete, but the sender has not received that
     IGNORE = enum.auto()  # it is a copy, or comes after the end
 
 
@@ -59,8 +59,8 @@ class Recording:
         self.complete = self.copies = self.takes = 0
 
     @property
-    def is_full(self) -> bool:
-        """Return whether the recording has all the frames that it shall have."""
+    def has_all_frames(self) -> bool:
+        """Return whether as many frames are complete as were asked for."""
         return 0 < self._length <= self.complete
 
     @property
@@ -70,10 +70,10 @@ class Recording:
 
     def follow(self, frame: FrameId, data: bytes, sender: Hashable) -> list[bytes]:
         """
-        Notice from a frame's serialised parameters when the shot begins anew.
+        Detect from a frame's serialised parameters whether another take begins.
 
-        Stamps that come then are no copies of the earlier ones. Returns the messages that are to
-        be recorded now: `data`, and what was held back before it.
+        The stamps of a new take are no copies of earlier ones. Return the messages to record now:
+        `data`, and what was held back before it.
         """
         if frame.take is None:
             return [data]
@@ -113,14 +113,14 @@ class Recording:
             raise ValueError(f'its stamp {stamp / 1e9} s after {self.takes - 1} takes is later '
                              f'than a bag can hold, {LATEST / 1e9} s')
         if topic not in self._every_frame:
-            return Placement.IGNORE if self.is_full else Placement.WRITE
+            return Placement.IGNORE if self.has_all_frames else Placement.WRITE
         if stamp in self._latest:
             self.copies += 1
             return Placement.ANSWER
-        if len(self._latest) == REMEMBERED and stamp < next(iter(self._latest)):
+        if len(self._latest) == REMEMBERED_FRAMES and stamp < next(iter(self._latest)):
             self.copies += 1
             return Placement.IGNORE
-        if self.is_full:
+        if self.has_all_frames:
             return Placement.IGNORE
         missing = self._missing.setdefault(stamp, set(self._every_frame))
         if topic not in missing:
@@ -130,7 +130,7 @@ class Recording:
         return Placement.WRITE
 
     def time(self, stamp: int) -> int:
-        """Return when in the bag a message of the present take is, by its stamp [ns]: [ns]."""
+        """Return the time in the bag [ns] of a message of the current take with a stamp [ns]."""
         return stamp + self._offset
 
     def written(self, topic: str, stamp: int) -> bool:
@@ -140,9 +140,9 @@ class Recording:
             return False
         del self._missing[stamp]
         self._latest[stamp] = None
-        if len(self._latest) > REMEMBERED:
+        if len(self._latest) > REMEMBERED_FRAMES:
             self._latest.popitem(last=False)
-        if len(self._missing) > REMEMBERED:
+        if len(self._missing) > REMEMBERED_FRAMES:
             del self._missing[min(self._missing)]
             self._lost += 1
         self.complete += 1
@@ -152,4 +152,4 @@ class Recording:
         """Return (stamp [ns], missing topics) of the first frame after the last complete one."""
         last = next(reversed(self._latest), -1)
         stamp = min((stamp for stamp in self._missing if stamp > last), default=None)
-        return None if stamp is None or self.is_full else (stamp, self._missing[stamp])
+        return None if stamp is None or self.has_all_frames else (stamp, self._missing[stamp])

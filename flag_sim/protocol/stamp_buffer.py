@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What has arrived for frames whose turn has not come, by stamp."""
+"""A buffer, by stamp, for what has arrived for frames whose turn has not come."""
 from collections.abc import Collection, Iterator
 from typing import Generic, TypeVar
 

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Where a node's time goes: waiting for frames, working on them, publishing them."""
+"""A stopwatch of a node: how much time it waits for frames, works on them, publishes them."""
 from collections.abc import Iterator
 import contextlib
 import time
@@ -22,7 +22,7 @@ class Stopwatch:
     """
     Adds up the seconds spent on work and on publishing between the first and the last frame.
 
-    frames: how many were served; whoever serves one counts it.
+    frames: how many were served; the caller counts them.
     """
 
     def __init__(self):

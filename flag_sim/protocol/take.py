@@ -36,7 +36,7 @@ class Take:
 
     @property
     def is_beyond(self) -> bool:
-        """Return whether the next frame has a stamp that no message holds."""
+        """Return whether the next frame's stamp is later than a message can hold."""
         return self.clock.stamp > self._latest
 
     @property
@@ -62,8 +62,8 @@ class Take:
         """
         Return whether the next frame may leave in lockstep.
 
-        window: frames from the oldest in flight on; 1 at first, for what is sent before everybody
-        has found everybody may be lost.
+        window: frames from the oldest in flight on; 1 at first, because what is sent before the
+        nodes have discovered one another may be lost.
         """
         window = window if in_flight.answered else 1
         return not self.is_over and self.clock.index - self.oldest_index(in_flight) < window

@@ -12,4 +12,4 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What knows ROS and is not a node: topics, messages, parameters, the lifecycle of a node."""
+"""What the nodes share and needs ROS: topics, messages, parameters, a node's lifecycle."""

@@ -38,7 +38,7 @@ class AnimationNode(ParameterNode):
     With `save_to` it saves the whole shot after every change, its own and its companions'. With
     `autokey` every change on a companion or on the node itself that can be keyed becomes a key at
     the present time; playback sets no parameter, so it makes none.
-    Derived nodes define `now`, say in `apply` what else changes, and call this one's.
+    Derived nodes define `now`, and extend `apply` by what else changes.
     """
 
     def __init__(self, name: str, declarations: Iterable[Declaration]):
@@ -65,7 +65,7 @@ class AnimationNode(ParameterNode):
         return self._read[1]
 
     def _warn_of_keys(self):
-        """Warn once of what may surprise whoever has set a track's keys."""
+        """Warn once of keys that may not do what their user expects."""
         found = keys.warnings(self.timeline)
         for name in found.keys() - self._warned:
             self._log.write_few(Entry('warning', found[name]), 'keys')

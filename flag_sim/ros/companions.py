@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Companions: the nodes that play a wind's frames, and what their parameters are set to."""
+"""Companions: the physics and renderer nodes of a wind, and their parameters' values."""
 from collections.abc import Callable, Mapping
 import contextlib
 
@@ -24,11 +24,11 @@ from rcl_interfaces.srv import GetParameters
 from rclpy.parameter import parameter_value_to_python
 from rclpy.qos import qos_profile_parameter_events
 
-LOOK_AGAIN = 0.5
-"""Between looks at who is there [s]."""
-ASK_AGAIN = 4
-"""Looks after which a node that has not answered is asked once more."""
-MOST_COMPANIONS = 16
+POLL_PERIOD = 0.5
+"""How often to check which nodes are there [s]."""
+CHECKS_PER_REQUEST = 4
+"""After how many checks a node that has not answered is asked again."""
+MAX_COMPANIONS = 16
 """Nodes of which the parameters are known; more than these are not asked."""
 COMPANIONS = ('physics', 'renderer')
 """Names of the nodes that are companions, in any namespace."""
@@ -38,8 +38,8 @@ class Companions:
     """
     Knows the parameters of every physics and renderer that subscribes to `parameters`.
 
-    Each is asked for them when it is found, in whichever namespace, and is heard on
-    /parameter_events from then on.
+    Each is asked for them when it is found, in any namespace; from then on its changes are
+    followed on /parameter_events.
 
     node: the wind. on_answer(name): called when a node, by its full name, has sent its values.
     on_change(changes): called with every change on a companion or the wind itself, as
@@ -61,7 +61,7 @@ class Companions:
         self._looks = 0
         node.create_subscription(ParameterEvent, '/parameter_events', self._on_event,
                                  qos_profile_parameter_events)
-        node.create_timer(LOOK_AGAIN, self._look)
+        node.create_timer(POLL_PERIOD, self._look)
 
     def _look(self):
         """Find the nodes that are there, and ask those that have not sent their values."""
@@ -77,15 +77,15 @@ class Companions:
                 self._asked.pop(name, None)
                 self._answered.discard(name)
         for name in self._found.keys() - self._answered:
-            if self._looks - self._asked.get(name, -ASK_AGAIN) >= ASK_AGAIN:
+            if self._looks - self._asked.get(name, -CHECKS_PER_REQUEST) >= CHECKS_PER_REQUEST:
                 self._ask(name)
 
     def _has_room(self, name, present):
         """Return whether a node can be known, for which one that is gone is forgotten."""
         gone = [other for other in self._found if other not in present]
-        if name not in self._found and len(self._found) >= MOST_COMPANIONS and gone:
+        if name not in self._found and len(self._found) >= MAX_COMPANIONS and gone:
             self._forget(gone[0])
-        return name in self._found or len(self._found) < MOST_COMPANIONS
+        return name in self._found or len(self._found) < MAX_COMPANIONS
 
     def _forget(self, node):
         for noted in (self._found, self._known, self._asked, self._pending):
@@ -134,7 +134,7 @@ class Companions:
             try:
                 value = parameter_value_to_python(parameter.value)
             except RuntimeError:
-                continue  # a value of a type that ROS does not know, which anybody can publish
+                continue  # a value of a type that ROS does not know
             if declaration is not None:
                 old = known.get(declaration.name, declaration.default)
                 changes.append((kind, declaration.name, value, old))
@@ -163,7 +163,7 @@ class Companions:
 
 
 def _keep(known, declaration, value):
-    """Note a value that the parameter could have; anybody's node can have such a name."""
+    """Note a value if the parameter can have it; a foreign node may have the same name."""
     with contextlib.suppress(ValueError):
         known[declaration.name] = declaration.accept(value)
 

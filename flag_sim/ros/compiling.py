@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What is logged while kernels are compiled or loaded."""
+"""Log lines while kernels are compiled or loaded."""
 from collections.abc import Iterator
 import contextlib
 import threading

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Delivery: a frame is sent until every node that is waited for has said that it is done."""
+"""Delivery: a frame is sent again until every node in `wait_for` has reported it done."""
 from collections.abc import Callable, Mapping
 import time
 
@@ -25,10 +25,10 @@ from flag_sim.ros.topics import publishers, subscribe
 from rclpy.exceptions import InvalidNodeNameException
 from rclpy.validate_node_name import validate_node_name
 
-WARN_AGAIN = 5.0
-"""Between warnings of one frame [s]."""
-SILENT = ('wind', 'physics', 'player')
-"""Nodes that a frame comes from or passes through: none of them sends `frame_done`."""
+WARNING_PERIOD = 5.0
+"""How often a warning of the same frame is repeated [s]."""
+WITHOUT_FRAME_DONE = ('wind', 'physics', 'player')
+"""Nodes that send or pass on frames: none of them publishes `frame_done`."""
 
 
 def check_delivery(values: Mapping) -> None:
@@ -36,7 +36,7 @@ def check_delivery(values: Mapping) -> None:
     if values['pace'] == 'lockstep' and not values['wait_for']:
         raise ValueError('pace lockstep needs at least one node in wait_for')
     for name in values['wait_for']:
-        if name in SILENT:
+        if name in WITHOUT_FRAME_DONE:
             raise ValueError('wait_for must name nodes that send frame_done: renderer, recorder '
                              f'or your own; {name} sends none')
         try:
@@ -48,10 +48,10 @@ def check_delivery(values: Mapping) -> None:
 
 class Delivery(FramesInFlight):
     """
-    The frames in flight of a node that sends frames and hears `frame_done`.
+    The frames in flight of a node that sends frames and subscribes to `frame_done`.
 
-    node: has the parameter resend_after. send_again(sent): sends a frame in flight once more.
-    on_done(): called when all have done a frame.
+    node: has the parameter resend_after. send_again(sent): sends a frame in flight again.
+    on_done(): called when a frame is done by all nodes in `wait_for`.
     """
 
     def __init__(self, node: ParameterNode, send_again: Callable[[Sent], None],
@@ -83,7 +83,7 @@ class Delivery(FramesInFlight):
             self._warn(sent.frame.stamp, late, now)
 
     def late_in_words(self, now: float) -> str:
-        """Return who has answered no frame for longer than `resend_after`, and why, or ''."""
+        """Return which nodes have answered no frame for `resend_after`, and why, or ''."""
         return ', '.join(map(self._with_state, self.late(now, self._node.values['resend_after'])))
 
     def _with_state(self, name):
@@ -97,7 +97,7 @@ class Delivery(FramesInFlight):
     def _warn(self, stamp, late, now):
         """Warn of a frame that is waited for, at once and then now and then."""
         last, at = self._warned
-        if last == stamp and now - at < WARN_AGAIN:
+        if last == stamp and now - at < WARNING_PERIOD:
             return
         self._warned = stamp, now
         self._log.warn(f'the frame at {stamp / 1e9:.3f} s is not done: waiting for {late}; '

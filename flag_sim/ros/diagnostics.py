@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Diagnostics on `state`: how a node is doing, while somebody listens."""
+"""Diagnostics on `state`: how a node is doing, published while there is a subscriber."""
 from collections.abc import Callable
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -22,12 +22,12 @@ from rclpy.node import Node
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 PERIOD = 1.0
-"""Between messages [s]."""
+"""How often a message is published [s]."""
 
 
 class Diagnostics:
     """
-    Publishes a DiagnosticArray on `state` every second; without a listener it asks for nothing.
+    Publishes a DiagnosticArray on `state` every second while there is a subscriber.
 
     status(): returns the level, a message, and {name with unit: value} for the node's users.
     """
@@ -46,7 +46,7 @@ class Diagnostics:
             level=level, name=self._node.get_fully_qualified_name(), message=message,
             hardware_id='none', values=[KeyValue(key=key, value=_words(value))
                                         for key, value in values.items()])])
-        # Diagnostics are stamped by the clock on the wall: they are about now, not about a frame.
+        # Diagnostics have the node's own time: they are about now, not about a frame.
         message.header.stamp = self._node.get_clock().now().to_msg()
         self._out.publish(message)
 

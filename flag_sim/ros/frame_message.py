@@ -104,8 +104,8 @@ def as_oldest(data: bytes) -> bytes:
     """
     Return a frame's serialised ParameterEvent with the frame itself as the oldest waited for.
 
-    So the wind sends a frame again: who waits for an older one goes on with this one. Bytes that
-    are no such message are returned as they are.
+    The wind sends a frame again in this way: a node that waits for an older one goes on with this
+    one. Bytes that are no such message are returned as they are.
     """
     try:
         message = deserialize_message(data, ParameterEvent)

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What physics and renderer have in common: a frame arrives, they work, they publish."""
+"""Base of physics and renderer: a frame arrives, the node works on it and publishes."""
 from collections.abc import Hashable, Iterable, Mapping
 import os
 
@@ -24,13 +24,13 @@ from flag_sim.ros.parameter_node import ParameterNode
 from flag_sim.ros.topics import subscribe
 import numpy as np
 
-MOST_ANSWERS = FrameOrder.LARGEST_WINDOW
+MAX_ANSWERS = FrameOrder.LARGEST_WINDOW
 """Frames of which the answer is kept: as many as a sender can have in flight."""
 
 
 class FrameNode(ParameterNode):
     """
-    Serves frames in their order, and a frame that comes again with the answer that it kept.
+    Serves frames in order; a frame that comes again gets the answer that was kept.
 
     Derived nodes define `work`, which makes a frame's answer, and `answer`, which publishes it;
     `status` says how they are doing.
@@ -105,7 +105,7 @@ class FrameNode(ParameterNode):
 
         Keyed values that are right one by one but cannot stand together, which the wind cannot
         know, are reported, and the frame gets the values of the one before: refused, it would be
-        sent again for ever in lockstep.
+        sent again forever in lockstep.
         """
         values = {**self.values, **keyed}
         self._clash = ''
@@ -123,10 +123,10 @@ class FrameNode(ParameterNode):
     def take_frame(self, frame: FrameId, wind: np.ndarray | None, keyed: Mapping,
                    sender: Hashable) -> None:
         """
-        Put a frame where its turn will find it, and serve whatever can be served.
+        Queue a frame until its turn, and serve the frames whose turn has come.
 
         wind: (3,) [m/s]; keyed: {name: value} of the node's own parameters at this frame; sender:
-        whatever tells one publisher from another.
+        identifies the publisher.
         """
         arrival = self._order.arrive(frame, sender)
         if arrival is Arrival.AGAIN:
@@ -148,11 +148,11 @@ class FrameNode(ParameterNode):
         """Serve the frames whose turn it is."""
         while (frame := self._order.next_frame(self.is_ready)) is not None:
             wind, keyed = self._inputs.pop(frame)
-            # What a user sets meanwhile counts from this frame on; keys count before it.
+            # A value set by a user takes effect from this frame on, unless it is keyed.
             with self._stopwatch.measure('work'):
                 answer = self.work(frame, wind, self._merge(keyed))
             self._answers[frame.stamp] = frame.index, answer
-            if len(self._answers) > MOST_ANSWERS:  # only a broken sender asks for more
+            if len(self._answers) > MAX_ANSWERS:  # only a broken sender asks for more
                 del self._answers[next(iter(self._answers))]
             self._stopwatch.frames += 1
             self.answer(frame.stamp, answer)

@@ -46,9 +46,9 @@ OWN_TRANSPORTS = (
     'FASTDDS_BUILTIN_TRANSPORTS', 'FASTDDS_ENVIRONMENT_FILE', 'ROS2_EASY_MODE')
 OWN_PROFILES = 'DEFAULT_FASTDDS_PROFILES.xml', 'DEFAULT_FASTRTPS_PROFILES.xml'
 
-NOTIFY_EVERY = 0.5  # whoever started the node how many frames it has served [s]
+NOTIFY_EVERY = 0.5  # how often the parent process is told how many frames were served [s]
 
-# Held for as long as the process lives: a socket that nobody holds is closed.
+# Kept for as long as the process lives: Python closes a socket without references.
 _signal_sockets = socket.socketpair()
 
 
@@ -87,9 +87,9 @@ def run(node_class: type[ParameterNode], args: Sequence[str] | None = None) -> i
 
     The node has `ended`, a future that gets its exit status once it has ended by itself, and
     `close`, called however the node ends; where it returns True, something could not be finished,
-    and the status is 1. SIGINT and SIGTERM else end it with status 0. Whoever started it learns,
-    if it asks (see protocol.notify), when the node is ready for frames, its figures, and that it
-    ends.
+    and the status is 1. SIGINT and SIGTERM else end it with status 0. The parent process
+    is told, if it asks for that (see protocol.notify), when the node is ready for frames, its
+    figures, and that it ends.
     """
     arguments = sys.argv if args is None else args
     if asks_for_help(arguments[1:]):
@@ -134,7 +134,7 @@ def _as_variables(figures):
 
 
 def _notify_figures(node, notify):
-    """Send whoever started the node, while it runs, how many frames it has served."""
+    """Send the parent process, while the node runs, how many frames it has served."""
     if not notify.is_connected:
         return
     sent = {}
@@ -178,7 +178,7 @@ def _future_of_signals():
     Return a future that SIGINT and SIGTERM set to 0; a second one ends the process at once.
 
     Python's handlers run only between two bytecodes of the main thread, which may wait inside
-    the middleware for ever; a byte on a socket reaches a thread of our own at any time.
+    the middleware forever; a byte on a socket reaches a thread of our own at any time.
     """
     stop = Future()
     reader, writer = _signal_sockets

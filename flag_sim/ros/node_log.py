@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""A node's log, for what would otherwise be written with every message."""
+"""A throttled log of a node: the same reason is not written with every message."""
 import collections
 from collections.abc import Callable
 import time
@@ -20,13 +20,13 @@ import time
 from flag_sim.protocol.throttled_log import Entry, RateLimit, Refusals, shortened, Waiting
 from rclpy.node import Node
 
-LOOK_AGAIN = 0.5
-"""Between looks at what a node waits for [s]."""
+POLL_PERIOD = 0.5
+"""How often to check what a node waits for [s]."""
 
 
 class NodeLog:
     """
-    Writes to the log of `node` what protocol.throttled_log finds worth it, in short lines.
+    Writes to the log of `node` the entries that protocol.throttled_log lets pass, shortened.
 
     Each source, a word of the caller's own code such as a topic's name, is throttled by itself:
     whoever fills one silences no other.
@@ -79,4 +79,4 @@ class NodeLog:
             entry = waiting.look(missing(), served(), time.monotonic())
             if entry is not None:
                 self.write(entry)
-        self._node.create_timer(LOOK_AGAIN, look)
+        self._node.create_timer(POLL_PERIOD, look)

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""A ROS node whose parameters are parameters: declared, checked and refused in one place."""
+"""A ROS node whose parameters are declared, checked and refused in one place."""
 import difflib
 
 from flag_sim.declarations.nodes import NODES, scene
@@ -44,7 +44,7 @@ class BadParameter(ValueError):
 
 class ParameterNode(Node):
     """
-    A node whose parameters are `parameters`.
+    A node with the parameters of `declarations`.
 
     A value is refused with the rule and the value: at the start by BadParameter, while running by
     the result of the service. rclpy's own check of a descriptor's range names neither, and its
@@ -71,8 +71,8 @@ class ParameterNode(Node):
         """
         Return a timer, of a steady clock unless another is given.
 
-        Frames alone follow the simulation's time. Who is waited for and what is told is about the
-        real world: with use_sim_time rclpy's own timers would stand still with the simulation.
+        Only frames follow simulation time. Resending and reports are about real time: with
+        use_sim_time rclpy's own timers would stop with the simulation.
         """
         return super().create_timer(
             timer_period_sec, callback, callback_group,
@@ -106,7 +106,7 @@ class ParameterNode(Node):
             self.declare_parameter(name, value, descriptor, ignore_override=True)
 
     def _warn_of(self, name):
-        """Warn of a name that nobody reads; rclpy would ignore it without a word."""
+        """Warn of a name that no node reads; rclpy would ignore it silently."""
         if name in {declaration.name for declaration in scene()}:
             return  # shared parameters are given to all nodes by '/**'
         for node, declarations in NODES.items():
@@ -156,7 +156,7 @@ class ParameterNode(Node):
         """Let the new values of the names in `changed` count."""
 
     def set_parameters(self, parameter_list):
-        """Set each of the parameters that may be set; rclpy's own goes round the checks below."""
+        """Set each of the parameters that may be set; rclpy's own bypasses the checks below."""
         return [self.set_parameters_atomically([parameter]) for parameter in parameter_list]
 
     def set_parameters_atomically(self, parameter_list):

@@ -23,7 +23,7 @@ CHOICES = {
     'reliability': ('reliable', 'best_effort', 'system_default', 'best_available'),
 }
 """What rclpy lets be set of the policies; it ends with a traceback for anything else."""
-DEEPEST = 2**31 - 1
+MAX_DEPTH = 2**31 - 1
 """Of a history [messages]."""
 
 
@@ -45,8 +45,8 @@ def check_overrides(node: Node, topic: str, end: str) -> None:
             continue
         if policy in CHOICES and str(value).lower() not in CHOICES[policy]:
             raise ValueError(f'{name} must be one of {", ".join(CHOICES[policy])}, not {value!r}')
-        if policy == 'depth' and not (type(value) is int and 1 <= value <= DEEPEST):
-            raise ValueError(f'{name} must be a whole number from 1 to {DEEPEST} [messages], '
+        if policy == 'depth' and not (type(value) is int and 1 <= value <= MAX_DEPTH):
+            raise ValueError(f'{name} must be a whole number from 1 to {MAX_DEPTH} [messages], '
                              f'not {value!r}')
 
 

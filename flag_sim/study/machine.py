@@ -23,7 +23,8 @@ from flag_sim.jit.cache import fingerprint
 import numba
 import numpy as np
 
-BUSY = 0.25  # part of the processors' time above which others disturb times too often for a median
+BUSY_SHARE = 0.25
+"""Part of the processors' time above which others disturb times too often for a median."""
 
 
 def _lines(path):
@@ -83,7 +84,7 @@ class LoadMonitor:
 
 def is_busy(others: float | None) -> bool:
     """Return whether others disturbed the times; an unknown load did not."""
-    return others is not None and others > BUSY * cores()
+    return others is not None and others > BUSY_SHARE * cores()
 
 
 def _processor_seconds():

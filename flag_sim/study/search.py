@@ -22,7 +22,7 @@ import math
 from typing import NamedTuple
 
 from flag_sim.cloth import Air
-from flag_sim.declarations.making import cloth_of, hang_of, look_of
+from flag_sim.declarations.factories import cloth_of, hang_of, look_of
 from flag_sim.study.measures import errors, summary
 from flag_sim.study.measures.reference import FINEST, nested, on_grid, Reference, WINDOW
 from flag_sim.study.measures.settings import changed, Settings

@@ -12,4 +12,4 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Programs around the nodes: the demo, its processes, its films."""
+"""Programs around the nodes: the demo, its processes, its pictures."""

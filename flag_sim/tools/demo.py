@@ -29,13 +29,13 @@ from tqdm import tqdm
 import yaml
 
 STALLED = 60.0
-"""Without a new frame for so long the demo gives up [s]."""
+"""The demo gives up after this time without a new frame [s]."""
 FIRST_STALLED = 300.0
 """The same before the first one [s]: kernels compile for half a minute, longer if it is busy."""
-LOOK_AGAIN = 0.1
-"""Between looks at the nodes [s]."""
+POLL_PERIOD = 0.1
+"""How often to check the nodes [s]."""
 LONGEST_LOOK = 1.0
-"""Beyond that this process was stopped, and has not seen the time go by [s]."""
+"""A longer time between two checks means that this process was suspended [s]."""
 
 
 class Progress:
@@ -56,7 +56,7 @@ class Progress:
 
     @property
     def is_stalled(self) -> bool:
-        """Return whether there is no hope for another frame."""
+        """Return whether no new frame has come for too long."""
         return self._without > (STALLED if self.bar.n else FIRST_STALLED)
 
 
@@ -82,12 +82,12 @@ def play(shot: Path, frames: int, out: Path) -> tuple[bool, dict[str, str]]:
                           time.monotonic())
             if progress.is_stalled:
                 break
-            time.sleep(LOOK_AGAIN)
+            time.sleep(POLL_PERIOD)
         told = graph.told('recorder')
         progress.look(int(told.get('X_FLAG_SIM_FRAMES', 0)), time.monotonic())
         progress.bar.close()
         is_whole = wind.poll() == 0 and recorder.poll() == 0
-        # Whoever failed knows why; where nobody did, any node may.
+        # The logs of the nodes that failed say why; if none failed, any log may.
         for name in graph.failed() or ([] if is_whole else graph.processes):
             print(f'--- {name} said:\n{graph.log(name)}', file=sys.stderr)
         return is_whole, told

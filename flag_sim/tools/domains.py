@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-ROS domains for graphs that nobody shall look into: each claimed for as long as it is in use.
+ROS domains for isolated graphs, each claimed for as long as it is in use.
 
 The ports of a domain begin at 7400 + 250 * domain (DDSI-RTPS 2.5, 9.6.2.3). Used are domains of
 whose ports Linux hands out none by itself (it has 32768 to 60999 for that), the rarest first.
@@ -25,7 +25,7 @@ import socket
 
 DOMAINS = (*range(231, 214, -1), *range(101, 59, -1))
 CLAIM = 9  # a port within a domain's that RTPS leaves unused: who holds it has the domain
-# The ports of a domain that tell whether somebody is in it: that of discovery by multicast, and
+# The ports of a domain that tell whether a process is in it: that of discovery by multicast, and
 # the first of each of so many participants.
 TAKEN = (0, *itertools.islice(itertools.count(10, 2), 20))
 
@@ -37,7 +37,7 @@ class NoDomain(RuntimeError):
 @contextlib.contextmanager
 def claimed_domain() -> Iterator[int]:
     """
-    Yield a ROS domain that nobody on this host has claimed or is in; raise NoDomain if none is.
+    Yield a ROS domain that no process on this host has claimed or uses; raise NoDomain if none.
 
     The claim is a port, so it ends with the process at the latest, and holds for every user.
     """
@@ -63,7 +63,7 @@ def _is_empty(domain):
 
 
 def _bound(domain, port):
-    """Return a UDP socket that holds a port of the domain, or None if somebody has it."""
+    """Return a UDP socket that holds a port of the domain, or None if it is taken."""
     held = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     try:
         held.bind(('', 7400 + 250 * domain + port))

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""From a bag to pictures that anybody can look at: an animation and a contact sheet."""
+"""From a bag to pictures: an animated GIF and a contact sheet."""
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 

@@ -24,10 +24,10 @@ import time
 from flag_sim.protocol.notify import NotifyReceiver
 from flag_sim.tools.domains import claimed_domain
 
-GRACE = 10.0
-"""Time that a node gets to end [s]."""
-LOOK_AGAIN = 0.1
-"""Between looks whether a node has ended instead of becoming ready [s]."""
+END_TIMEOUT = 10.0
+"""How long a node may take to end [s]."""
+POLL_PERIOD = 0.1
+"""How often to check whether a node has ended instead of becoming ready [s]."""
 
 
 class NotReady(RuntimeError):
@@ -38,8 +38,8 @@ class Graph:
     """
     Nodes of this package, each a process, on this host alone and in a ROS domain of their own.
 
-    logs: folder for one log file a node. domain: that somebody has claimed; None claims one on
-    entering the `with` block. The processes are ended, by their ids, on leaving it.
+    logs: folder for one log file a node. domain: one that the caller has claimed; None claims one
+    on entering the `with` block. The processes are ended, by their ids, on leaving it.
     """
 
     def __init__(self, logs: str | Path, domain: int | None = None):
@@ -82,7 +82,7 @@ class Graph:
         while 'READY' not in self.told(name):
             if self.processes[name].poll() is not None or time.monotonic() > end:
                 raise NotReady(f'{name} is not ready; it said:\n{self.log(name)}')
-            self._receivers[name].wait(LOOK_AGAIN)
+            self._receivers[name].wait(POLL_PERIOD)
 
     def log(self, name: str) -> str:
         """Return what a node has said so far."""
@@ -104,7 +104,7 @@ class Graph:
     def _wait_for_end(self, name):
         process = self.processes[name]
         try:
-            return process.wait(GRACE)
+            return process.wait(END_TIMEOUT)
         except subprocess.TimeoutExpired:
             process.kill()
             return process.wait()

@@ -42,7 +42,7 @@ from peers_drawing import assemble, PEERS, Shot  # noqa: E402
 
 CAMERA = Camera(1280, 720)
 CASES = {'61x41': (41, 61), '241x161': (161, 241)}
-# The source's own measurement (4.1): ticks by number of threads, on an Intel Core i5.
+# The source's own measurement (sec. 4.1): ticks by number of threads, on an Intel Core i5.
 # What is asked of each case: how many times faster than the peer.
 TARGETS = {
     '61x41': {'llvmpipe': 2.5, 'Panda3D tinydisplay': 1.4, 'C++ -O3': 3.5,

@@ -15,7 +15,7 @@
 """
 Much time without wind: angular momentum stays, energy does not grow, a damped flag comes to rest.
 
-A frame's error cannot show it: a method may be exact to a millimetre in a frame and turn for ever.
+A frame's error cannot show it: a method may be exact to a millimetre in a frame and turn forever.
 Euler's explicit method and the seed scheme claim none of it: the first feeds every wave that is
 not damped by dashpots, in the second friction vanishes with the step (see their docstrings).
 """

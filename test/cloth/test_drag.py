@@ -16,10 +16,10 @@
 import math
 
 from flag_sim.cloth import Air, Material
+from flag_sim.cloth.drag import divisor, drag_factor, DRAG_LAWS, GREATEST_RATE
 from flag_sim.cloth.forces import Forcing
 from flag_sim.cloth.mesh import Mesh
 from flag_sim.cloth.model import Model
-from flag_sim.cloth.pressure import divisor, DRAG_LAWS, GREATEST_RATE, pressure
 from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.cloth.stability import frequency_bound
 from flag_sim.cloth.state import State
@@ -34,13 +34,13 @@ RATIOS = 10.0**np.linspace(-3.0, 4.0, 2001)
 def rates(law, order):
     """Return h d(F / (1 + r^order))/du_n / m for all RATIOS, by differences of the kernels."""
     def force(u):
-        s, slope = pressure(u, 1.0, DRAG_LAWS[law])
+        s, slope = drag_factor(u, 1.0, DRAG_LAWS[law])
         return s * u / divisor(slope * hold, order)
 
     found = []
     for r in RATIOS:
         wind = 3.0
-        _, slope = pressure(wind, 1.0, DRAG_LAWS[law])
+        _, slope = drag_factor(wind, 1.0, DRAG_LAWS[law])
         hold = r / slope if slope > 0.0 else 0.0
         step = 1e-5 * wind
         # A step's change of velocity for drag 1 on a face of mass 1 and area 1.
@@ -90,7 +90,7 @@ def test_no_mode_grows_in_the_largest_step(solver, law, gamma):
     Of all modes up to the bounds omega = 1 and gamma, in all strengths of wind and air.
 
     Where the rate of the wind's force is not negative: a force that falls with the wind (see
-    pressure) drives small motions, and is held in check only by its size. 1e-7: what rounding
+    drag.py) drives small motions, and is held in check only by its size. 1e-7: what rounding
     makes of double eigenvalues, its square root.
     """
     order = SOLVERS[solver].drag_order

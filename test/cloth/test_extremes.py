@@ -18,10 +18,10 @@ import os
 
 from flag_sim.cloth import Air, Cloth, Diverged, Material, Stepping
 from flag_sim.cloth.divergence import MAX_SPEED
+from flag_sim.cloth.drag import DRAG_LAWS
 from flag_sim.cloth.energy import bending_energy, elastic_energy, kinetic_energy
 from flag_sim.cloth.mesh import PRECISIONS
 from flag_sim.cloth.model import Model
-from flag_sim.cloth.pressure import DRAG_LAWS
 from flag_sim.cloth.solvers import SOLVERS
 import numpy as np
 import pytest
@@ -74,7 +74,7 @@ def greatest_energy(cloth, dt, wind):
     rho C_d / 2 A (W - v)^2 v, at most at v = W / 3; by the linear law rho C_d / 2 A (W - v) v, at
     most at v = W / 2. The area is that of a cloth stretched to its limit both ways. Weight's power
     is at most M g v <= g sqrt(2 M E). So dE/dt <= P + g sqrt(2 M E), and
-    sqrt(E) <= sqrt(U + P t) + g t sqrt(M / 2). By the letter of 1.3 there is no such P, but a
+    sqrt(E) <= sqrt(U + P t) + g t sqrt(M / 2). By eq. 1.3 as published there is no such P, but a
     force of at most 2 W newtons on a node, or 2 W over the node's mass more to g.
     """
     model = Model(cloth.mesh, cloth.material)

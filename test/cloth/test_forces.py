@@ -15,11 +15,11 @@
 """Forces against energies and conservation laws, and wind against its law."""
 import math
 
+from flag_sim.cloth.drag import DRAG_LAWS
 from flag_sim.cloth.energy import bending_energy, elastic_energy
 from flag_sim.cloth.material import Air, Material
 from flag_sim.cloth.mesh import Mesh, PRECISIONS
 from flag_sim.cloth.model import Model
-from flag_sim.cloth.pressure import DRAG_LAWS
 import numpy as np
 import pytest
 from support.forces import crumpled, forces
@@ -91,7 +91,7 @@ def test_wind_is_the_pressure_on_each_face(mesh, law):
     """
     F = rho C_d / 2 A |u_n| u_n n, shared 1/2, 1/4, 1/4, against a plain loop over faces.
 
-    By the linear law 1 m/s stands for |u_n|; by the letter of 1.3 F is n (n . w).
+    By the linear law 1 m/s stands for |u_n|; by eq. 1.3 as published F is n (n . w).
     """
     model = Model(mesh, Material(0.2, 0.0, 0.0, 0.0, 0.0))
     positions, velocities = crumpled(mesh)
@@ -147,7 +147,7 @@ def test_power_of_the_wind_is_never_positive_in_still_air(mesh):
 
 
 def test_gravity_is_weight(mesh):
-    """Force m g downwards, whatever the state (1.1)."""
+    """Force m g downwards, whatever the state (eq. 1.1)."""
     model = Model(mesh, Material(0.2, 0.0, 0.0, 0.0, 0.0))
     positions, velocities = crumpled(mesh)
     found = forces(model, positions, velocities, gravity=9.81)

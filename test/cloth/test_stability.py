@@ -162,12 +162,12 @@ def test_the_region_of_rk4_holds_the_half_disc_that_it_is_taken_for():
         z = radius * np.exp(1j * np.linspace(0.5, 1.5, 2001) * np.pi)
         return np.abs(sum(z**n / math.factorial(n) for n in range(5))).max()
 
-    assert growth(rk4.RADIUS) <= 1.0 < growth(1.05 * rk4.RADIUS)
+    assert growth(rk4.STABILITY_RADIUS) <= 1.0 < growth(1.05 * rk4.STABILITY_RADIUS)
 
 
 @pytest.mark.parametrize('solver', ['euler', 'seed'])
 def test_what_diverges_by_nature_is_held_and_goes_on(solver):
-    """Light cloth in a storm by the letter of 1.3: the message tells the bound and a way out."""
+    """Light cloth in a storm by eq. 1.3 as published: the message has the bound and a way out."""
     cloth = Cloth(5, 7, solver=solver, air=Air(law='seed'), stretch_limit=1e6,
                   material=Material(1e-6, damping=0.0), stepping=Stepping(substeps_limit=5))
     told = f'beyond .* solver {solver} .*; no step is stable for {solver}; symplectic is stable'

@@ -19,7 +19,7 @@ import sys
 import threading
 
 from flag_sim.cloth import Cloth
-from flag_sim.cloth.mesh import Mesh, PIECE, PRECISIONS
+from flag_sim.cloth.mesh import Mesh, SMALLEST_BAND, PRECISIONS
 from flag_sim.cloth.solvers import SOLVERS
 import numpy as np
 import pytest
@@ -64,8 +64,9 @@ def test_every_node_is_in_one_band(grid, bands):
     found = [mesh.band(band, bands) for band in range(bands)]
     assert found[0][0] == mesh.first and found[-1][1] == mesh.last
     assert all(one[1] == other[0] for one, other in zip(found, found[1:]))
-    assert all((first - mesh.first) % PIECE == 0 for first, last, _ in found if first < last)
-    pieces = [-(-int(last - first) // PIECE) for first, last, _ in found]
+    assert all((first - mesh.first) % SMALLEST_BAND == 0
+               for first, last, _ in found if first < last)
+    pieces = [-(-int(last - first) // SMALLEST_BAND) for first, last, _ in found]
     assert max(pieces) - min(pieces) <= 1
 
 

@@ -46,7 +46,7 @@ LOWER = (np.s_[1:, 1:], np.s_[1:, :-1], np.s_[:-1, 1:])
 
 
 def wind_power(air, positions, velocities):
-    """Return the power of the wind on the faces [W]: 1.3 with the laws of Air."""
+    """Return the power of the wind on the faces [W]: eq. 1.3 with the drag laws."""
     power = 0.0
     for right, second, third in (UPPER, LOWER):
         area = 0.5 * np.cross(positions[second] - positions[right],
@@ -80,7 +80,7 @@ def lost_power(model, positions, velocities):
 
 def balance(solver, count, node_damping):
     """Return the wind's work [J], and what change of energy and losses leave of it."""
-    # The seed's friction vanishes with the step, and 1.3 does not know the cloth's velocity.
+    # The seed's friction vanishes with the step, and eq. 1.3 ignores the cloth's velocity.
     letter = solver == 'seed'
     air = Air(law='seed' if letter else 'quadratic')
     cloth = Cloth(5, 7, solver=solver, air=air,

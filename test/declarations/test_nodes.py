@@ -24,7 +24,7 @@ def test_nodes_are_found_by_their_names():
     assert list(NODES) == ['wind', 'physics', 'renderer', 'recorder', 'player']
     assert len(NODES) == 5
     with pytest.raises(KeyError):
-        NODES['making']
+        NODES['factories']
     assert named('wind')['speed'].default == defaults('wind')['speed'] == 6.0
 
 

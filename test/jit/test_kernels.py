@@ -145,6 +145,37 @@ def test_every_kernel_keeps_to_itself():
         assert issubclass(one._compiler.pipeline_class, KernelCompiler), one
 
 
+HALVES = """
+from flag_sim.jit.kernels import inner_kernel, kernel
+@inner_kernel
+def half(number):
+    return 0.5 * number
+@kernel
+def quarter(number):
+    return half(half(number))
+@kernel
+def eighth(number):
+    return half(half(half(number)))
+"""
+USE_HALVES = """
+import importlib
+from flag_sim import halves
+from flag_sim.jit.cache import compilations
+print(halves.quarter(8.0), compilations(), len(halves.half.overloads))
+importlib.reload(halves)
+print(halves.eighth(8.0), compilations(), len(halves.half.overloads))
+print(halves.half(8.0), compilations(), len(halves.half.overloads))
+"""
+
+
+def test_what_only_kernels_call_is_compiled_once_and_not_for_python(copy):
+    """It is a part of its callers, and of later ones too; Python can call it all the same."""
+    (copy / 'flag_sim' / 'halves.py').write_text(HALVES)
+    done = subprocess.run([sys.executable, '-c', USE_HALVES], cwd=copy, check=True, text=True,
+                          capture_output=True, env={**os.environ, 'PYTHONPATH': str(copy)})
+    assert done.stdout.splitlines() == ['2.0 2 0', '1.0 3 0', '4.0 4 1']
+
+
 def test_an_edit_anywhere_compiles_anew(copy):
     """A kernel that calls others in other files must not go on with their old code."""
     use(copy)

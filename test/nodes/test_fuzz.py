@@ -18,7 +18,7 @@ import os
 
 from flag_sim.declarations.nodes import NODES
 from flag_sim.protocol.frames import FrameOrder
-from flag_sim.protocol.throttled_log import MOST_CHARACTERS
+from flag_sim.protocol.throttled_log import MAX_CHARACTERS
 from flag_sim.tools.domains import claimed_domain
 from hypothesis import given, HealthCheck, Phase, seed, settings, strategies as st
 import numpy as np
@@ -57,7 +57,7 @@ class Count:
             numbers = value if isinstance(value, list) else [value]
             assert all(math.isfinite(one) for one in numbers if isinstance(one, float)), name
         for line in self._capfd.readouterr().err.splitlines():
-            assert len(line) <= MOST_CHARACTERS + LONGEST_PREFIX, line
+            assert len(line) <= MAX_CHARACTERS + LONGEST_PREFIX, line
             self.lines += line.startswith('[')  # the middleware writes of bytes without it
         order = getattr(node, '_order', None)
         if order is not None:
@@ -72,7 +72,8 @@ def node(request, tmp_path_factory):
     with claimed_domain() as domain, made(
             request.param, domain, tmp_path_factory.mktemp('fuzz'),
             'paused:=true', 'width:=32', 'height:=24', 'grid.rows:=5', 'grid.columns:=6',
-            'threads:=1') as one:
+            'threads:=1', 'tracks:=[wind.speed]', 'keys.wind.speed.times:=[0.0, 1.0]',
+            'keys.wind.speed.values:=[1.0, 2.0]') as one:
         yield one
 
 
@@ -98,7 +99,7 @@ def test_sets_of_ten_parameters(node, count):
         assert len(results) == len(parameters)
         results.append(call(node, SetParametersAtomically.Request(parameters=parameters)).result)
         for result in results:
-            assert result.successful or 0 < len(result.reason) <= MOST_CHARACTERS
+            assert result.successful or 0 < len(result.reason) <= MAX_CHARACTERS
             assert '\n' not in result.reason
         count.inputs += 2 * len(parameters)
         feed(node, data, 2, [])

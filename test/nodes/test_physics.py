@@ -112,7 +112,7 @@ def test_the_wind_of_a_frame_blows_in_it(run):
 
 STORM = {'solver': 'seed', 'air__law': 'seed', 'area_density': 1e-6, 'damping': 0.0,
          'substeps_limit': 5, 'stretch_limit': 1e6}
-"""A sheet of a milligram a square metre in a storm; by 1.3 to the letter nothing slows it down."""
+"""A sheet of a milligram a square metre in a storm; by eq. 1.3 as published nothing slows it."""
 
 
 @pytest.mark.parametrize('way_out', ['reset', 'parameter'])

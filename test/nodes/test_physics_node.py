@@ -88,7 +88,7 @@ def test_an_invalid_wind_is_refused_and_the_next_frame_served(bench, capfd, wind
 
 
 @pytest.mark.parametrize('keyed, rule', [
-    ({'area_density': 0.0}, 'area_density must be a number from 1e-06'),
+    ({'area_density': 0.0}, 'area_density must be a number from 1.0e-06'),
     ({'area_density': -1.0}, 'not -1.0'),
     ({'stiffness': float('nan')}, 'not nan'),
     ({'gravity': float('inf')}, 'not inf'),
@@ -117,7 +117,7 @@ def test_an_invalid_keyed_value_is_refused_and_the_next_frame_served(bench, capf
     ({'pole.diameter': 9.0}, 'pole.diameter 9 m must be less than pole.height 9 m')], ids=str)
 def test_keyed_values_that_cannot_stand_together_are_left_out_and_frames_go_on(
         bench, capfd, keyed, rule):
-    """The frame is answered, or lockstep would send it for ever; said once, shown in `state`."""
+    """The frame is answered, or lockstep would send it forever; said once, shown in `state`."""
     wrong = {f'physics.{name}': value for name, value in keyed.items()}
     assert bench.frame(0.0, keyed=wrong) is not None
     for n in range(1, 6):
@@ -156,7 +156,7 @@ def test_nan_and_infinite_numbers_are_refused(bench, capfd):
 
 
 @pytest.mark.parametrize('arguments, rule', [
-    ('area_density:=0.0', 'area_density must be a number from 1e-06 to 1e+06 [kg/m2], not 0.0'),
+    ('area_density:=0.0', 'area_density must be a number from 1.0e-06 to 1.0e+06 [kg/m2], not 0.0'),
     ('area_density:=-0.2', 'not -0.2'),
     ('stiffness:=.nan', 'not nan'),
     ('damping:=.inf', 'not inf'),

@@ -64,7 +64,7 @@ def test_the_renderer_draws_every_frame_of_every_round(domain, topics, frames, m
     """Of a bag of vertices, with their parameters or without, whichever of both comes first."""
     flat = np.zeros((2, 2, 3))
     drawn = []
-    monkeypatch.setattr('flag_sim.nodes.renderer.GRACE', 0.0)
+    monkeypatch.setattr('flag_sim.nodes.renderer.WIND_DISCOVERY_TIME', 0.0)
     with rclpy.init(domain_id=domain, args=['--ros-args', *SMALL]):
         node = Renderer()
         node.answer = lambda stamp, shot: drawn.append(stamp)

@@ -17,7 +17,7 @@ import itertools
 import math
 import time
 
-from flag_sim.declarations.making import look_of
+from flag_sim.declarations.factories import look_of
 from flag_sim.declarations.nodes import NODES
 from flag_sim.drawing import Picture
 from flag_sim.nodes import renderer
@@ -60,7 +60,7 @@ class Stand:
         self.spin(lambda: self.out.get_subscription_count() == 1
                   and len(self.renderer._listened()) == 3)
         # Without a wind, clouds are drawn once the renderer has given up to wait for one.
-        time.sleep(renderer.GRACE)
+        time.sleep(renderer.WIND_DISCOVERY_TIME)
 
     def _keeper(self, name):
         def keep(message):

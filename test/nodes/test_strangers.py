@@ -17,7 +17,7 @@ import gc
 import weakref
 
 from flag_sim.protocol.frames import FrameId, FrameOrder
-from flag_sim.protocol.throttled_log import MOST_CHARACTERS, MOST_REASONS
+from flag_sim.protocol.throttled_log import MAX_CHARACTERS, MAX_REASONS
 from flag_sim.ros import companions, messages
 import numpy as np
 import pytest
@@ -47,7 +47,7 @@ def physics(domain):
 def lines_of(capfd):
     """Return the lines that were logged, and check that each is short."""
     lines = capfd.readouterr().err.splitlines()
-    assert all(len(line) < MOST_CHARACTERS + 100 for line in lines)
+    assert all(len(line) < MAX_CHARACTERS + 100 for line in lines)
     return lines
 
 
@@ -73,7 +73,7 @@ def test_a_long_text_makes_one_short_line(physics, capfd, value):
     assert len(lines_of(capfd)) == 2
     for name, given in (('stiffness', value), (value, 1.0), ('solver', value)):
         result = physics.put(**{name: given})
-        assert not result.successful and len(result.reason) <= MOST_CHARACTERS
+        assert not result.successful and len(result.reason) <= MAX_CHARACTERS
         assert result.reason.isprintable()
 
 
@@ -84,7 +84,7 @@ def test_who_fills_one_topic_with_reasons_silences_no_other(domain, tmp_path, ca
             node.refuse('vertices', ValueError(f'reason {word}'))
         node.refuse('parameters', ValueError('wind must be finite'))
     said = '\n'.join(lines_of(capfd))
-    assert said.count('a message on vertices') == MOST_REASONS
+    assert said.count('a message on vertices') == MAX_REASONS
     assert 'a message on parameters is refused: wind must be finite' in said
 
 
@@ -197,13 +197,13 @@ def test_companions_and_what_they_are_asked_have_a_bound(domain, tmp_path, monke
         found = node.companions
         for _ in range(50):
             found._look()
-        assert len(found._found) == len(found._clients) == companions.MOST_COMPANIONS
+        assert len(found._found) == len(found._clients) == companions.MAX_COMPANIONS
         assert all(len(client.pending) == 1 for client in found._clients.values())
         present.clear()  # those that are gone make room
         present['/other/physics'] = b'x'
         found._look()
         assert '/other/physics' in found._found
-        assert len(found._clients) <= companions.MOST_COMPANIONS
+        assert len(found._clients) <= companions.MAX_COMPANIONS
         answer = GetParameters.Response(values=[ParameterValue(type=77)] * 3)
         found._learn('/other/physics', companions.NODES['physics'], answer)
         assert '/other/physics' in found._answered
@@ -233,7 +233,7 @@ def test_two_winds_at_once_make_few_lines_of_a_recorder(domain, tmp_path, capfd)
                 hear(serialize_message(parameters_message(
                     '/wind', FrameId(10_000_000 * index, take, index, index),
                     (6.0, 2.0, 0.5), {})), sender)
-        assert sum('another take' in line for line in lines_of(capfd)) <= MOST_REASONS
+        assert sum('another take' in line for line in lines_of(capfd)) <= MAX_REASONS
 
 
 class Lossy:

@@ -168,7 +168,7 @@ def test_the_shot_ends_before_its_stamps_do(domain, capfd):
 @pytest.mark.parametrize('given, reason', [
     (['stamp.clock:=wall', 'stamp.start:=5.0'], 'stamp.start 5 s is only for stamp.clock simu'),
     (['stamp.clock:=gps'], "one of simulation, wall, not 'gps'"),
-    (['stamp.start:=-1.0'], 'from 0 to 2e+09')])
+    (['stamp.start:=-1.0'], 'from 0 to 2.0e+09')])
 def test_invalid_stamps_are_refused(domain, given, reason):
     """With the rule."""
     with pytest.raises(BadParameter) as refusal:
@@ -179,7 +179,7 @@ def test_invalid_stamps_are_refused(domain, given, reason):
 
 
 def test_frames_of_real_time_are_not_sent_again_by_lockstep(domain):
-    """Their receivers were told that nobody is owed them: they would begin another round."""
+    """Their receivers were told that no node waits for them: they would begin another round."""
     with Bench(domain, 'resend_after:=0.05') as bench:
         for _ in range(3):
             bench.node._send_due(time.monotonic())
@@ -193,7 +193,7 @@ def test_frames_of_real_time_are_not_sent_again_by_lockstep(domain):
 @pytest.mark.parametrize('node', [Wind, Player])
 @pytest.mark.parametrize('name', ['wind', 'physics', 'player'])
 def test_who_never_says_frame_done_is_refused_at_the_start(domain, node, name):
-    """By the wind and the player alike, before the shot waits for ever."""
+    """By the wind and the player alike, before the shot waits forever."""
     with rclpy.init(domain_id=domain, args=['--ros-args', '-p', f'wait_for:=[renderer, {name}]']):
         with pytest.raises(BadParameter, match=f'recorder or your own; {name} sends none'):
             node()

@@ -14,7 +14,7 @@
 
 """The choice among numbers of threads: the fastest, measured again when the machine is busy."""
 from flag_sim.parallel import thread_choice
-from flag_sim.parallel.thread_choice import ROUNDS, ThreadChoice
+from flag_sim.parallel.thread_choice import FRAMES_PER_CHOICE, ThreadChoice
 import pytest
 
 
@@ -51,20 +51,20 @@ def test_threads_that_are_in_one_anothers_way_are_given_up():
     """When the machine is busy, a frame by two is slower than by one; then one does it."""
     choice = ThreadChoice(0)
     idle, busy = {1: 1.0, 2: 0.6, 4: 0.8}, {1: 1.1, 2: 9.0, 4: 30.0}
-    work(choice, idle, 3 * ROUNDS)
+    work(choice, idle, 3 * FRAMES_PER_CHOICE)
     # Single slow frames are nothing.
-    assert work(choice, busy, ROUNDS - 1) == [2] * (ROUNDS - 1)
+    assert work(choice, busy, FRAMES_PER_CHOICE - 1) == [2] * (FRAMES_PER_CHOICE - 1)
     assert work(choice, idle, 2) == [2] * 2
-    assert work(choice, busy, ROUNDS) == [2] * ROUNDS
-    assert set(work(choice, busy, 3 * ROUNDS)) == {1, 2, 4}
+    assert work(choice, busy, FRAMES_PER_CHOICE) == [2] * FRAMES_PER_CHOICE
+    assert set(work(choice, busy, 3 * FRAMES_PER_CHOICE)) == {1, 2, 4}
     assert work(choice, busy, 20) == [1] * 20
 
 
 def test_another_work_is_another_choice():
     """Measure again on demand; a given number of threads is never changed."""
     choice, given = ThreadChoice(0), ThreadChoice(3)
-    work(choice, {1: 1.0, 2: 0.6, 4: 0.8}, 3 * ROUNDS)
+    work(choice, {1: 1.0, 2: 0.6, 4: 0.8}, 3 * FRAMES_PER_CHOICE)
     choice.restart(), given.restart()
-    work(choice, {1: 1.0, 2: 1.6, 4: 0.5}, 3 * ROUNDS)
+    work(choice, {1: 1.0, 2: 1.6, 4: 0.5}, 3 * FRAMES_PER_CHOICE)
     assert (choice.threads, given.threads) == (4, 3)
     assert work(given, {3: 1.0}, 20) == [3] * 20

@@ -19,7 +19,7 @@ import time
 from flag_sim.jit.kernels import kernel
 from flag_sim.parallel import thread_choice, thread_pool, workers
 from flag_sim.parallel.atomics import fetch_add
-from flag_sim.parallel.thread_choice import ROUNDS
+from flag_sim.parallel.thread_choice import FRAMES_PER_CHOICE
 from flag_sim.parallel.thread_pool import ThreadPool
 import numpy as np
 import pytest
@@ -31,7 +31,7 @@ def test_a_choice_is_made_per_amount_of_work(monkeypatch):
     monkeypatch.setattr(thread_choice.os, 'sched_getaffinity', lambda process: range(4))
     monkeypatch.setattr(thread_pool.time, 'perf_counter', lambda: now[0])
     pool, taken = ThreadPool(0), []
-    for amount in (100, 1) * (3 * ROUNDS // 2) + (1,) * 5:
+    for amount in (100, 1) * (3 * FRAMES_PER_CHOICE // 2) + (1,) * 5:
         with pool.frame(amount):
             taken.append(pool.threads)
             now[0] += amount * {1: 1.0, 2: 0.6, 4: 0.8}[pool.threads]

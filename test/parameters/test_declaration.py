@@ -19,9 +19,11 @@ import re
 
 from flag_sim.declarations.nodes import NODES
 from flag_sim.parameters import checks
-from flag_sim.parameters.declaration import Declaration
+from flag_sim.parameters.declaration import as_typed, Declaration
 from flag_sim.study.search import CHOSEN
+import numpy as np
 import pytest
+import yaml
 
 NUMBER = Declaration('n', 1.0, 'a number', 'm', 0.0, 2.0)
 SOME = Declaration('s', 1, 'some', choices=(1, 4))
@@ -136,3 +138,15 @@ def test_defaults_obey_their_own_rules(node):
 def test_what_tune_chooses_can_be_set():
     """Every parameter in a tuned file is one of the nodes'."""
     assert set(CHOSEN) - {'rate'} <= {declaration.name for declaration in NODES['physics']}
+
+
+@pytest.mark.parametrize('number', [0.1, 1.0, 1e-6, 1e9, 2e9, 1.5e-7, 5e-324, -1e6, 123456.0])
+def test_limits_are_printed_as_ros_reads_numbers(number):
+    """`ros2 param set` reads by YAML 1.1, to which 1e+09 is a text."""
+    assert yaml.safe_load(as_typed(number)) == pytest.approx(number, rel=1e-5)
+
+
+@pytest.mark.parametrize('value', [np.float32, np.ndarray, Declaration])
+def test_an_invalid_value_may_be_a_class(value):
+    with pytest.raises(ValueError, match='x must be a number from 0 to 1, not <class'):
+        Declaration('x', 0.5, 'effect', '', 0.0, 1.0).accept(value)

@@ -42,10 +42,10 @@ def test_a_group_names_its_parameters_and_takes_the_records_values_for_defaults(
     assert [(one.name, one.default) for one in LAMPS] == [
         ('lamp.power', 40.0), ('lamp.bulbs', 1), ('lamp.socket', 'E27'), ('switch', True),
         ('lamp.place', [0.0, 1.0])]
-    assert LAMPS.only('power') == (
+    assert LAMPS.pick('power') == (
         Declaration('lamp.power', 40.0, 'power of the lamp', 'W', 0.0, 100.0),)
-    assert (*LAMPS.only('power'), *LAMPS.but('power')) == tuple(LAMPS)
-    assert [one.name for one in Group(Lamp(), but=('place', 'lit'), thing='lamp')] == [
+    assert (*LAMPS.pick('power'), *LAMPS.without('power')) == tuple(LAMPS)
+    assert [one.name for one in Group(Lamp(), exclude=('place', 'lit'), thing='lamp')] == [
         'power', 'bulbs', 'socket']
 
 

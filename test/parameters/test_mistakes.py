@@ -91,7 +91,7 @@ def test_what_is_made_once_cannot_be_changed(thing, known):
     ({'gravity': True}, 'gravity must be a number from 0 to 1000 [m/s2], not True'),
     ({'gravity': 10**400}, 'gravity must be a number'),
     ({'gravity': 9.81 + 0j}, 'gravity must be a number'),
-    ({'stretch_limit': 'no'}, "stretch_limit must be a number from 0 to 1e+06, not 'no'"),
+    ({'stretch_limit': 'no'}, "stretch_limit must be a number from 0 to 1.0e+06, not 'no'"),
     ({'pole': 0.05}, 'pole must have shape (3,), not ()'),
     ({'pole': (0.0, 0.0, -0.1)}, 'radius of the pole must be greater than 0, not -0.1'),
     ({'precision': 64}, 'precision must be one of float64, float32, not 64'),

@@ -56,7 +56,7 @@ def test_nobody_to_wait_for():
 
 
 def test_others_can_be_waited_for_while_frames_are_in_flight():
-    """A name with a wrong spelling does not hold them up for ever."""
+    """A name with a wrong spelling does not hold them up forever."""
     in_flight = FramesInFlight()
     for index in range(2):
         in_flight.send(frame(index), 'message', ['rendrer'], 0.0)

@@ -16,7 +16,7 @@
 import struct
 
 from flag_sim.protocol.cdr import serialized_stamp
-from flag_sim.protocol.recorded_frames import AHEAD, recorded_frames
+from flag_sim.protocol.recorded_frames import LOOKAHEAD, recorded_frames
 import pytest
 
 FRAME = 10**9 // 30  # [ns]
@@ -87,7 +87,7 @@ def test_a_topic_that_ends_is_not_waited_for_to_the_end_of_the_bag():
     frames = recorded_frames(rows(), EVERY_FRAME)
     assert next(frames).stamp == 0
     second = next(frames)
-    assert second.lost == {'vertices'} and len(read) <= AHEAD + 2
+    assert second.lost == {'vertices'} and len(read) <= LOOKAHEAD + 2
 
 
 def test_what_belongs_to_no_frame_goes_with_the_one_before_it():

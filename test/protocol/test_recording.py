@@ -44,7 +44,7 @@ def test_copies_are_left_out_and_those_of_complete_frames_answered():
     record(recording, 'image', 0)
     assert recording.place('image', 0) is Placement.IGNORE
     record(recording, 'vertices', 0)
-    assert recording.is_full
+    assert recording.has_all_frames
     assert recording.place('image', 0) is Placement.ANSWER
     assert recording.place('image', FRAME) is Placement.IGNORE
     assert recording.place('keyframe', FRAME) is Placement.IGNORE
@@ -53,7 +53,7 @@ def test_copies_are_left_out_and_those_of_complete_frames_answered():
 
 def test_copies_of_frames_that_are_forgotten_are_left_out(monkeypatch):
     """They are older than all that are remembered; what never came is lost some day."""
-    monkeypatch.setattr(module, 'REMEMBERED', 3)
+    monkeypatch.setattr(module, 'REMEMBERED_FRAMES', 3)
     recording = Recording(['image', 'vertices'])
     for index in range(5):
         record(recording, 'image', index * FRAME)  # whose vertices do not come

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """What is logged of reasons that come again and again, and of waiting."""
-from flag_sim.protocol.throttled_log import MOST_REASONS, Refusals, Waiting
+from flag_sim.protocol.throttled_log import MAX_REASONS, Refusals, Waiting
 
 
 def test_a_reason_is_logged_at_once_and_again_now_and_then():
@@ -23,7 +23,7 @@ def test_a_reason_is_logged_at_once_and_again_now_and_then():
         ('wind is 1.5', 0.0), ('wind is 2.5', 1.0), ('no field x', 1.0), ('wind is 3', 5.5))]
     assert logged == [True, False, True, True]
     others = [refusals.is_worth_logging('abcdefghijklmnop'[:n], 6.0) for n in range(1, 17)]
-    assert sum(others) == MOST_REASONS - 1  # that of the wind counts still
+    assert sum(others) == MAX_REASONS - 1  # that of the wind counts still
 
 
 def test_a_wait_is_logged_once_and_so_is_its_end():

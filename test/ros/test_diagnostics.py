@@ -128,7 +128,7 @@ def test_a_softened_cloth_is_a_warning_and_a_diverged_one_an_error(domain):
         assert 0.0 < values['stiffness factor'] < 1.0
         node.set_parameters_atomically([Parameter('substeps_limit', value=1000)])
         assert play(node, 2, (9.0, 0.0, 0.0))[0] == OK
-    # The course project's wind, to the letter, on the lightest of cloths.
+    # The course project's drag law on the lightest of cloths.
     with physics(domain, solver='seed', air__law='seed', area_density=1e-6, damping=0.0,
                  stretch_limit=1e6, substeps_limit=5) as node:
         level, message, _ = play(node, 60, (0.0, 200.0, 0.0), rate=10)

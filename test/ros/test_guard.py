@@ -18,7 +18,7 @@ import random
 
 from flag_sim.declarations.nodes import NODES
 from flag_sim.protocol.frames import FrameId
-from flag_sim.protocol.throttled_log import MOST_CHARACTERS
+from flag_sim.protocol.throttled_log import MAX_CHARACTERS
 from flag_sim.ros import guard, messages
 from flag_sim.ros.guard import spin_guarded
 from flag_sim.ros.topics import publish
@@ -66,7 +66,7 @@ def test_a_malformed_request_is_refused_in_one_short_line(tmp_path, domain, name
                     parameters=[value])).result)
                 for result in results:
                     assert not result.successful
-                    assert 0 < len(result.reason) <= MOST_CHARACTERS
+                    assert 0 < len(result.reason) <= MAX_CHARACTERS
                     assert '\n' not in result.reason
         good = OwnParameter('use_sim_time', value=True).to_parameter_msg()
         results = call(node, SetParameters.Request(parameters=[STRANGE['type 255'], good])).results
@@ -119,7 +119,7 @@ def test_what_a_callback_raises_is_told_once_and_the_next_one_runs(domain, capfd
         node.destroy_node()
     lines = capfd.readouterr().err.splitlines()
     assert len(called) == 21
-    assert len(lines) == 1 and len(lines[0]) < MOST_CHARACTERS + 100
+    assert len(lines) == 1 and len(lines[0]) < MAX_CHARACTERS + 100
     assert 'a callback failed, the node goes on: OverflowError (test_guard.py:' in lines[0]
 
 
@@ -150,7 +150,7 @@ def test_a_message_that_cannot_be_taken_stops_no_other_callback(domain, capfd, m
 
 
 def test_bytes_that_are_no_message_stop_no_node(tmp_path, domain):
-    """Sent by the middleware as they are, on all that a renderer hears; the next frame is drawn."""
+    """Sent by the middleware as they are, on all that it hears; a renderer draws the next frame."""
     draw = random.Random(3)
     with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
         graph.start('renderer', '-p', 'width:=32', '-p', 'height:=24')
@@ -172,7 +172,7 @@ def test_bytes_that_are_no_message_stop_no_node(tmp_path, domain):
         assert graph.end('renderer') == 0
         assert 'Traceback' not in graph.log('renderer')
         told = [line for line in graph.log('renderer').splitlines() if '[renderer]' in line]
-        assert len(told) < 30 and max(map(len, told)) < MOST_CHARACTERS + 100
+        assert len(told) < 30 and max(map(len, told)) < MAX_CHARACTERS + 100
 
 
 def test_a_context_that_is_shut_down_ends_the_spinning(domain):

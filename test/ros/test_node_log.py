@@ -38,7 +38,7 @@ def test_each_level_is_written_and_repetitions_are_not(domain, capfd):
 
 def test_a_wait_is_watched(domain, capfd, monkeypatch):
     """By a timer of the node."""
-    monkeypatch.setattr(node_log, 'LOOK_AGAIN', 0.01)
+    monkeypatch.setattr(node_log, 'POLL_PERIOD', 0.01)
     heard = []
     with Watcher(domain) as watcher:
         NodeLog(watcher.node).watch(lambda: 'vertices', lambda: 0)

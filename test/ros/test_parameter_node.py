@@ -27,7 +27,7 @@ from support.watch import eventually, Watcher
 
 
 @pytest.mark.parametrize('node, arguments, said', [
-    ('physics', ['stiffness:=-5.0'], 'stiffness must be a number from 0 to 1e+09 [N/m], not -5.0'),
+    ('physics', ['stiffness:=-5.0'], 'stiffness must be a number from 0 to 1.0e+09 [N/m], not -5.0'),
     ('physics', ['stiffness:=soft'], "not 'soft'"),
     ('physics', ['grid.rows:=1'], 'grid.rows must be a whole number from 2'),
     ('physics', ['grid.rows:=2.5'], 'not 2.5'),
@@ -70,7 +70,7 @@ def test_a_bad_start_is_refused(tmp_path, domain, capfd, node, arguments, said):
 
 
 @pytest.mark.parametrize('node, argument, said', [
-    ('physics', 'stiffness:=-5.0', 'stiffness must be a number from 0 to 1e+09 [N/m], not -5.0'),
+    ('physics', 'stiffness:=-5.0', 'stiffness must be a number from 0 to 1.0e+09 [N/m], not -5.0'),
     ('renderer', 'width:=0', 'not 0'), ('wind', 'rate:=0.0', 'rate must be a number from 0.01'),
     ('recorder', 'topics:=[]', 'nothing to record'), ('player', 'path:=/nowhere', '/nowhere')])
 def test_a_refusal_is_one_clear_line(tmp_path, domain, node, argument, said):
@@ -119,7 +119,7 @@ def test_parameters_while_running(running):
         in graph.log('physics')
     assert "'rate' is one of /wind, not of /physics" in graph.log('physics')
     for name, value, said in (
-            ('stiffness', -1.0, 'from 0 to 1e+09 [N/m], not -1.0'),
+            ('stiffness', -1.0, 'from 0 to 1.0e+09 [N/m], not -1.0'),
             ('stiffness', 'soft', "not 'soft'"),
             ('stiffness', float('nan'), 'not nan'),
             ('grid.rows', 2.5, 'not 2.5'),

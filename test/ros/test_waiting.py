@@ -60,7 +60,7 @@ def test_from_the_wind_on_each_log_names_the_next_node(tmp_path, domain, pace):
         done = watcher.listen('frame_done')
         graph.start('renderer', *SMALL)
         graph.start('wind', '-p', f'pace:={pace}')
-        eventually(lambda: 'nobody publishes them, is physics running?' in graph.log('renderer'),
+        eventually(lambda: 'no node publishes them, is physics running?' in graph.log('renderer'),
                    watcher)
         physics = graph.start('physics')
         eventually(lambda: len(done) > 20, watcher)
@@ -90,7 +90,7 @@ def test_a_recorder_says_which_topic_a_frame_lacks(tmp_path, domain):
     with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
         graph.start('recorder', '-p', f'path:={tmp_path / "bag"}')
         graph.start('wind', '-p', 'pace:=lockstep', '-p', 'wait_for:=[recorder]')
-        eventually(lambda: 'for camera/image_raw of the frame at 0.000 s: nobody publishes it'
+        eventually(lambda: 'for camera/image_raw of the frame at 0.000 s: no node publishes it'
                    in graph.log('recorder'), watcher)
         eventually(lambda: 'waiting for recorder (its log says why)' in graph.log('wind'), watcher)
         assert graph.end('recorder') == 0
@@ -119,7 +119,7 @@ def test_vertices_that_are_not_drawn_say_why(tmp_path, domain):
 
 def test_two_publishers_of_vertices_are_told_once(domain, capfd, monkeypatch):
     """As where physics was started twice: each cloth has a history of its own."""
-    monkeypatch.setattr(renderer_module, 'LOOK_AGAIN', 0.05)
+    monkeypatch.setattr(renderer_module, 'POLL_PERIOD', 0.05)
     with rclpy.init(domain_id=domain):
         renderer = Renderer()
         physics = [rclpy.create_node(name) for name in ('physics', 'other')]

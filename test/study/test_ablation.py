@@ -18,7 +18,7 @@ from flag_sim.cloth import Air, Material
 from flag_sim.cloth.forces import Forcing
 from flag_sim.cloth.model import Model
 from flag_sim.cloth.state import State
-from flag_sim.declarations.making import cloth_of
+from flag_sim.declarations.factories import cloth_of
 from flag_sim.study import plots, runner
 from flag_sim.study.measures import ablation_runs
 from flag_sim.study.measures.ablation_runs import AblationRuns

@@ -14,7 +14,7 @@
 
 """References are what they are said to be."""
 from flag_sim.cloth.model import Model
-from flag_sim.declarations.making import cloth_of
+from flag_sim.declarations.factories import cloth_of
 from flag_sim.study.measures import reference, settings
 from flag_sim.study.measures.reference import nested, on_grid, Reference
 from flag_sim.study.measures.trials import Trials

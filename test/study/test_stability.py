@@ -19,9 +19,9 @@ from flag_sim.cloth import Air, Cloth, Material
 from flag_sim.cloth.forces import Forcing
 from flag_sim.cloth.model import Model
 from flag_sim.declarations.nodes import NODES
-from flag_sim.study import plots, runner
+from flag_sim.study import plots, runner, stability_plots
 from flag_sim.study.measures import settings, stability_trial as trial
-from flag_sim.study.sections import limits, stability_maps as maps, stability_plots
+from flag_sim.study.sections import limits, stability_maps as maps
 from flag_sim.study.store import Store
 import numpy as np
 import pytest

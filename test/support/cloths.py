@@ -68,7 +68,7 @@ def highest_frequency(cloth):
 
 
 def potential_energy(model, positions, gravity):
-    """Return the energy [J] of height above z = 0 in gravity [m/s2] (1.1)."""
+    """Return the energy [J] of height above z = 0 in gravity [m/s2] (eq. 1.1)."""
     return gravity * float(np.sum(model.mesh.grid(model.mass) * positions[..., 2]))
 
 

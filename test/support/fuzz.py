@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Hostile inputs: sets of parameters, mostly right ones too, and messages, crafted or mutilated."""
+"""Hostile inputs: sets of parameters, mostly right ones, and messages, crafted or mutilated."""
 from flag_sim.declarations.nodes import NODES
 from flag_sim.protocol.frames import FrameId
 from flag_sim.ros import messages

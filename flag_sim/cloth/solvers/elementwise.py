@@ -21,8 +21,8 @@ from flag_sim.cloth.records import Band, Field
 from flag_sim.jit.kernels import inner_kernel, wide_kernel
 import numpy as np
 
-SUMS = {'contract', 'reassoc'}
-"""For sums in vectors, and so in another order than written; it is the same in every run."""
+SUM_FASTMATH = {'contract', 'reassoc'}
+"""fastmath flags of sums: LLVM may sum in vectors; the order is the same in every run."""
 
 
 @wide_kernel
@@ -116,7 +116,7 @@ def set_combination(f: float, a: Field, g: float, b: Field, out: Field, band: Ba
             o[i] = f * u[i] + g * v[i]
 
 
-@inner_kernel(fastmath=SUMS)
+@inner_kernel(fastmath=SUM_FASTMATH)
 def dot(a: Field, b: Field, band: Band) -> float:
     """Return the sum of a . b over all nodes, in float64 whatever the fields are."""
     ax, ay, az = a
@@ -129,7 +129,7 @@ def dot(a: Field, b: Field, band: Band) -> float:
     return total
 
 
-@inner_kernel(fastmath=SUMS)
+@inner_kernel(fastmath=SUM_FASTMATH)
 def norm2(a: Field, weight: np.ndarray, band: Band) -> float:
     """Return the sum of weight a . a over all nodes, in float64 whatever the fields are."""
     x, y, z = a

@@ -21,14 +21,14 @@ residual is orthogonal to both fields (Galerkin's condition), which is why energ
 xpbd.
 """
 from flag_sim.cloth.records import Band, Field, NEXT, Vector, Weights
-from flag_sim.cloth.solvers.elementwise import set_combination, SUMS
+from flag_sim.cloth.solvers.elementwise import set_combination, SUM_FASTMATH
 from flag_sim.cloth.solvers.lines import work_of_lines
 from flag_sim.cloth.solvers.rigid import add_rigid, Body, inertia_of, rigid_of, take_rigid
 from flag_sim.jit.kernels import inner_kernel, kernel
 import numpy as np
 
-ALIKE = 1e-9
-"""Part of a field's square below which all of it but rounding is along another field."""
+PARALLEL_TOLERANCE = 1e-9
+"""Fraction of a field's square below which the field counts as parallel to another one."""
 
 
 @inner_kernel
@@ -72,7 +72,7 @@ def _work_of_plate(position, a, b, weights, bend, band):
     return aa, ab, bb, fa, fb
 
 
-@inner_kernel(fastmath=SUMS)
+@inner_kernel(fastmath=SUM_FASTMATH)
 def _products(a, b, c, mass, band):
     """Return (a M a, a M b, b M b, a M c, b M c) of three fields, in float64."""
     aa, ab, bb, ac, bc = 0.0, 0.0, 0.0, 0.0, 0.0
@@ -96,7 +96,7 @@ def _parts(system):
     if not aa > 0.0:
         return 0.0, b_rhs / bb if bb > 0.0 else 0.0
     left = bb - ab * ab / aa
-    g = (b_rhs - ab / aa * a_rhs) / left if left > ALIKE * bb else 0.0
+    g = (b_rhs - ab / aa * a_rhs) / left if left > PARALLEL_TOLERANCE * bb else 0.0
     return (a_rhs - ab * g) / aa, g
 
 

@@ -24,11 +24,11 @@ from its neighbours. All five terms are symmetric and none is negative, so neith
 import math
 from typing import NamedTuple
 
-from flag_sim.cloth.aerodynamics import add_pressure_forces, Wind
+from flag_sim.cloth.aerodynamics import add_wind_forces, Wind
 from flag_sim.cloth.bending import add_bending_forces, set_moments
+from flag_sim.cloth.drag import drag_factor
 from flag_sim.cloth.forces import Coefficients, Work
 from flag_sim.cloth.mesh import LEAST_AREA2, LEAST_LENGTH2
-from flag_sim.cloth.pressure import pressure
 from flag_sim.cloth.records import Band, Field, NEXT, Nodes, Sheet, Weights
 from flag_sim.cloth.springs import Springs
 from flag_sim.jit.kernels import inner_kernel
@@ -125,7 +125,7 @@ def _face_terms(nodes, corners, wind, drag, weight):
     flux = ((wx - half * vx[i] - quarter * (vx[j] + vx[k])) * ax
             + (wy - half * vy[i] - quarter * (vy[j] + vy[k])) * ay
             + (wz - half * vz[i] - quarter * (vz[j] + vz[k])) * az)
-    _, rate = pressure(flux, area2, wind.law)
+    _, rate = drag_factor(flux, area2, wind.law)
     size = math.sqrt(weight * drag * rate / area2)
     return size * ax, size * ay, size * az
 
@@ -133,7 +133,7 @@ def _face_terms(nodes, corners, wind, drag, weight):
 @inner_kernel
 def set_faces(nodes: Nodes, wind: Wind, weights: Weights, matrix: Matrix, dt: float,
               band: Band) -> None:
-    """Fill the wind's part of the matrix: the derivative of the laws of `pressure`."""
+    """Fill the wind's part of the matrix: the derivative of the drag laws."""
     ux, uy, uz, lx, ly, lz = matrix.faces
     drag = dt * wind.drag
     first, last, stride = band
@@ -213,7 +213,7 @@ def _set_face_drag(matrix, field, faces, band):
 def add_drag(matrix: Matrix, field: Field, faces: tuple, product: Field, band: Band) -> None:
     """Add h G times a field to a product, G of the wind's drag; faces are overwritten."""
     _set_face_drag(matrix, field, faces, band)
-    add_pressure_forces(faces, product, band)
+    add_wind_forces(faces, product, band)
 
 
 @inner_kernel

@@ -22,13 +22,13 @@ import math
 from typing import NamedTuple
 
 from flag_sim.cloth.records import Band, Field, Vector
-from flag_sim.cloth.solvers.elementwise import SUMS
+from flag_sim.cloth.solvers.elementwise import SUM_FASTMATH
 from flag_sim.cloth.state import State
 from flag_sim.jit.kernels import inner_kernel
 import numpy as np
 
-STRAIGHT = 1e-5
-"""How far from a line, over its length, pins may lie so that the cloth turns about it."""
+STRAIGHTNESS_TOLERANCE = 1e-5
+"""How far pins may lie from a line, over its length, for the cloth to turn about it."""
 
 FIXED, HINGED, FREE = 0, 1, 2
 
@@ -78,11 +78,11 @@ def freedom_of(state: State) -> Freedom:
         return Freedom(FIXED, none, none)
     axis = way / length
     away = np.cross(pins - pins[0], axis)
-    kind = HINGED if np.abs(away).max() <= STRAIGHT * length else FIXED
+    kind = HINGED if np.abs(away).max() <= STRAIGHTNESS_TOLERANCE * length else FIXED
     return Freedom(kind, tuple(pins[0].tolist()), tuple(axis.tolist()))
 
 
-@inner_kernel(fastmath=SUMS)
+@inner_kernel(fastmath=SUM_FASTMATH)
 def _mass_center(position, mass, freedom, band):
     """Return (m, center): the mass [kg] and its center, or the hinge's point [m]."""
     x, y, z = position
@@ -99,7 +99,7 @@ def _mass_center(position, mass, freedom, band):
     return m, freedom.point
 
 
-@inner_kernel(fastmath=SUMS)
+@inner_kernel(fastmath=SUM_FASTMATH)
 def _moments(position, mass, center, band):
     """Return the moments of inertia about the center: xx, yy, zz, xy, yz, zx [kg m2]."""
     x, y, z = position
@@ -125,7 +125,7 @@ def inertia_of(position: Field, body: Body, band: Band) -> Inertia:
     return Inertia(mass, center, _moments(position, body.mass, center, band))
 
 
-@inner_kernel(fastmath=SUMS)
+@inner_kernel(fastmath=SUM_FASTMATH)
 def _momenta(position, field, mass, center, band):
     """Return the momentum and angular momentum about the center of a field, (x, y, z) each."""
     x, y, z = position

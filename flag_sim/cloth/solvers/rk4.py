@@ -24,7 +24,7 @@ from flag_sim.cloth.solvers.solver import Solver
 from flag_sim.jit.kernels import shared_kernel, wide_kernel
 from flag_sim.parallel.barrier import wait
 
-RADIUS = 2.6
+STABILITY_RADIUS = 2.6
 """The half disc of this radius left of the origin lies in the method's region of stability."""
 
 STAGES = ((1.0, 0.5), (2.0, 0.5), (2.0, 1.0), (1.0, 0.0))
@@ -131,9 +131,9 @@ class RK4(Solver):
 
         A mode's rates l obey l^2 + g l + z = 0, with z up to omega^2 and g up to gamma and the
         drag's rate; whichever they are, |l| is at most the greater of sqrt(z) and g. Within the
-        half disc of radius RADIUS all is stable; the drag's rate is given in steps.
+        half disc of radius STABILITY_RADIUS all is stable; the drag's rate is given in steps.
         """
-        by_waves = RADIUS / omega if omega > 0.0 else math.inf
-        room = RADIUS - air.greatest_rate(cls.drag_order)
+        by_waves = STABILITY_RADIUS / omega if omega > 0.0 else math.inf
+        room = STABILITY_RADIUS - air.greatest_rate(cls.drag_order)
         by_damping = room / gamma if gamma > 0.0 else math.inf
         return min(by_waves, by_damping)

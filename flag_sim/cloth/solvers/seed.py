@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The source text's own scheme, equations 1.5 to 1.10 to the letter."""
+"""The source text's own scheme: equations 1.5 to 1.10 exactly as published."""
 from flag_sim.cloth.collision import collide
 from flag_sim.cloth.forces import set_forces
 from flag_sim.cloth.material import Air, VACUUM
@@ -33,11 +33,11 @@ def _update(nodes, force, inverse_mass, nodes_out, dt, mu, band):
         x, v, f = nodes.position[axis], nodes.velocity[axis], force[axis]
         x_out, v_out = nodes_out.position[axis], nodes_out.velocity[axis]
         for i in range(first, last):
-            resultant = f[i] - mu * f[i]               # friction against it: 1.5, 1.6
-            a = dt * resultant * inverse_mass[i]       # 1.7, 1.8
-            moved = v[i] + a * dt                      # 1.9
+            resultant = f[i] - mu * f[i]               # friction against it: eqs. 1.5, 1.6
+            a = dt * resultant * inverse_mass[i]       # eqs. 1.7, 1.8
+            moved = v[i] + a * dt                      # eq. 1.9
             v_out[i] = moved
-            x_out[i] = x[i] + moved                    # 1.10
+            x_out[i] = x[i] + moved                    # eq. 1.10
 
 
 @shared_kernel
@@ -52,8 +52,9 @@ def _take_steps(nodes, nodes_out, sheet, coefficients, work, moves, steps, band)
     scale(start.velocity, dt, band)
     wait(work.barrier)
     for _ in range(steps.count):
-        # All forces at the step's beginning (1.1 to 1.4), and what nodes do by them (1.5 to 1.10).
+        # All forces at the step's beginning (eqs. 1.1 to 1.4).
         set_forces(start, sheet, coefficients, work, now, band)
+        # The motion that follows from them (eqs. 1.5 to 1.10).
         _update(start, work.force, sheet.inverse_mass, end, dt, mu, band)
         # The pole, and the attachment to the hoist.
         collide(start.position, end, coefficients.limits, work.contact, band)

@@ -68,7 +68,7 @@ class Solver(abc.ABC):
         """
         To which order in the step the wind's drag is kept from overshooting; 1, 2 or 4.
 
-        No lower than the method's own, or drag would spoil that; see pressure. A class attribute.
+        No lower than the method's own, or drag would spoil that; see drag. A class attribute.
         """
 
     @staticmethod

@@ -16,10 +16,10 @@
 import math
 from typing import NamedTuple
 
-from flag_sim.cloth.aerodynamics import pressure_force
+from flag_sim.cloth.aerodynamics import node_wind_force
 from flag_sim.cloth.bending import bending_force
 from flag_sim.cloth.collision import collide
-from flag_sim.cloth.forces import set_parts
+from flag_sim.cloth.forces import set_element_forces
 from flag_sim.cloth.material import Air
 from flag_sim.cloth.solvers.solver import Solver
 from flag_sim.cloth.springs import spring_force
@@ -27,32 +27,32 @@ from flag_sim.jit.kernels import shared_kernel, wide_kernel
 from flag_sim.parallel.barrier import wait
 
 
-class Update(NamedTuple):
-    """The numbers that nodes are moved by."""
+class StepFactors(NamedTuple):
+    """What a step multiplies by."""
 
-    dt: float       # [s]
-    keep: float     # what node damping leaves of a velocity in a step
-    gravity: float  # g [m/s2]
+    dt: float              # [s]
+    damping_factor: float  # the part of a velocity that node damping leaves in a step
+    gravity: float         # g [m/s2]
 
 
 @wide_kernel
-def _move(nodes, nodes_out, tensions, moments, faces, sheet, update, band):
+def _move(nodes, nodes_out, tensions, moments, faces, sheet, factors, band):
     """
-    Sum the forces on each node (1.6) and move it; pins and ghosts have no inverse mass and stay.
+    Sum the forces on each node (eq. 1.6) and move it.
 
-    One loop, so that no force is written to memory and read again: a tenth of a step. tensions,
-    moments, faces: of Work; the last two None where they are not to be summed, for which numba
-    compiles a loop of its own.
+    Pins and ghosts have no inverse mass and do not move. One loop, so that no force is written to
+    memory and read again: this saves about 10 % of a step. tensions, moments, faces: of Work; the
+    last two None where they are not to be summed, for which numba compiles a loop of its own.
     """
     x, y, z = nodes.position
     vx, vy, vz = nodes.velocity
     x_out, y_out, z_out = nodes_out.position
     vx_out, vy_out, vz_out = nodes_out.velocity
-    dt, keep, gravity = update
+    dt, damping_factor, gravity = factors
     mass, inverse_mass = sheet.mass, sheet.inverse_mass
     first, last, stride = band
     for i in range(first, last):
-        # Springs (1.2) and weight (1.1).
+        # Springs (eq. 1.2) and weight (eq. 1.1).
         fx = spring_force(x, tensions, i, stride)
         fy = spring_force(y, tensions, i, stride)
         fz = spring_force(z, tensions, i, stride) - gravity * mass[i]
@@ -61,17 +61,18 @@ def _move(nodes, nodes_out, tensions, moments, faces, sheet, update, band):
             fx += bending_force(moments[0], i, stride)
             fy += bending_force(moments[1], i, stride)
             fz += bending_force(moments[2], i, stride)
-        # The wind on the faces around the node (1.3, 1.4).
+        # The wind on the faces around the node (eqs. 1.3, 1.4).
         if faces is not None:
-            fx += pressure_force(faces[0], faces[3], i, stride)
-            fy += pressure_force(faces[1], faces[4], i, stride)
-            fz += pressure_force(faces[2], faces[5], i, stride)
-        t_m = dt * inverse_mass[i]            # a = t F / m: 1.7, 1.8
-        vx_new = (vx[i] + t_m * fx) * keep    # v = v0 + a: 1.9
-        vy_new = (vy[i] + t_m * fy) * keep
-        vz_new = (vz[i] + t_m * fz) * keep
+            fx += node_wind_force(faces[0], faces[3], i, stride)
+            fy += node_wind_force(faces[1], faces[4], i, stride)
+            fz += node_wind_force(faces[2], faces[5], i, stride)
+        t_m = dt * inverse_mass[i]            # a = t F / m: eqs. 1.7, 1.8
+        # v = v0 + a: eq. 1.9
+        vx_new = (vx[i] + t_m * fx) * damping_factor
+        vy_new = (vy[i] + t_m * fy) * damping_factor
+        vz_new = (vz[i] + t_m * fz) * damping_factor
         vx_out[i], vy_out[i], vz_out[i] = vx_new, vy_new, vz_new
-        x_out[i] = x[i] + dt * vx_new         # x = x0 + v: 1.10, with v in metres per second
+        x_out[i] = x[i] + dt * vx_new         # x = x0 + v: eq. 1.10, with v in metres per second
         y_out[i] = y[i] + dt * vy_new
         z_out[i] = z[i] + dt * vz_new
 
@@ -82,21 +83,21 @@ def _take_steps(nodes, nodes_out, sheet, coefficients, work, scratch, steps, ban
     dt = steps.dt
     one = type(dt)(1.0)
     # Node damping, taken implicitly: v' = v - h nu v'.
-    update = Update(dt, one / (one + dt * coefficients.node_damping), coefficients.gravity)
+    factors = StepFactors(dt, one / (one + dt * coefficients.node_damping), coefficients.gravity)
     is_bent, is_blown = max(coefficients.bend) > 0.0, coefficients.wind.drag > 0.0
     tensions, moments, faces = work.tensions, work.moments, work.faces
     for _ in range(steps.count):
         # Tensions of the springs, moments of bending and the wind's force on the faces.
-        set_parts(nodes, sheet.weights, coefficients, work, dt, band)
+        set_element_forces(nodes, sheet.weights, coefficients, work, dt, band)
         # Their sum on each node, with its weight; the node's new velocity and position.
         if is_bent and is_blown:
-            _move(nodes, nodes_out, tensions, moments, faces, sheet, update, band)
+            _move(nodes, nodes_out, tensions, moments, faces, sheet, factors, band)
         elif is_bent:
-            _move(nodes, nodes_out, tensions, moments, None, sheet, update, band)
+            _move(nodes, nodes_out, tensions, moments, None, sheet, factors, band)
         elif is_blown:
-            _move(nodes, nodes_out, tensions, None, faces, sheet, update, band)
+            _move(nodes, nodes_out, tensions, None, faces, sheet, factors, band)
         else:
-            _move(nodes, nodes_out, tensions, None, None, sheet, update, band)
+            _move(nodes, nodes_out, tensions, None, None, sheet, factors, band)
         # The pole, and the attachment to the hoist.
         collide(nodes.position, nodes_out, coefficients.limits, work.contact, band)
         wait(work.barrier)
@@ -105,11 +106,11 @@ def _take_steps(nodes, nodes_out, sheet, coefficients, work, scratch, steps, ban
 
 class Symplectic(Solver):
     """
-    The method that the source text steps with (1.7 to 1.11), its units put right.
+    The source text's method (eqs. 1.7 to 1.11) with corrected units.
 
     First order; conditionally stable: see largest_step. Springs and bending are explicit, the drag
     of the wind and the nodes' own damping implicit. Without damping it keeps the energy within a
-    bound for ever, since it is symplectic.
+    bound forever, since it is symplectic.
     """
 
     order = 1
@@ -125,7 +126,7 @@ class Symplectic(Solver):
         A mode obeys v' = v - h (omega^2 x + gamma v), x' = x + h v'. Its amplification matrix has
         determinant 1 - h gamma and trace 2 - h gamma - h^2 omega^2: both its eigenvalues are
         within the unit circle (Jury) where h^2 omega^2 + 2 h gamma <= 4. The drag of the air adds
-        its own rate to h gamma, and keeps twice its greatest of these 4.
+        its own rate to h gamma, and takes up 2 greatest_rate of the 4.
         """
         room = 4.0 - 2.0 * air.greatest_rate(cls.drag_order)
         rate = gamma + math.sqrt(gamma**2 + room * omega**2)

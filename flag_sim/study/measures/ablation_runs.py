@@ -17,7 +17,7 @@ import time
 
 from flag_sim.cloth import Cloth, Diverged
 from flag_sim.cloth.mesh import resample
-from flag_sim.declarations.making import cloth_of, look_of
+from flag_sim.declarations.factories import cloth_of, look_of
 from flag_sim.drawing import Picture
 from flag_sim.study.measures import errors, summary
 from flag_sim.study.measures.ablation_terms import settings_of, Term

@@ -18,18 +18,18 @@ import dataclasses
 from typing import NamedTuple
 
 from flag_sim.cloth import Cloth
-from flag_sim.cloth.aerodynamics import add_pressure_forces, set_face_forces
+from flag_sim.cloth.aerodynamics import add_wind_forces, set_face_forces
+from flag_sim.cloth.planned_solver import PlannedSolver
 from flag_sim.cloth.records import Nodes
 from flag_sim.cloth.solvers.symplectic import Symplectic
-from flag_sim.cloth.stepper import Stepper
-from flag_sim.declarations.making import hang_of
+from flag_sim.declarations.factories import hang_of
 from flag_sim.study.measures.reference import on_grid
 from flag_sim.study.measures.settings import changed, defaults, Settings
 
 
 class TrueWind(Symplectic):
     """
-    Symplectic steps (1.7 to 1.11) in the true wind, that is on the faces as if they stood still.
+    Symplectic steps (eqs. 1.7 to 1.11) in the true wind: on the faces as if they stood still.
 
     Only the ablation asks for it: no parameter does. The apparent wind of all other solvers is the
     true wind less the cloth's own velocity. The wind's force depends on the positions alone here,
@@ -52,19 +52,19 @@ class TrueWind(Symplectic):
         return state
 
     def wind_force(self, state, forcing):
-        """Return the wind's force (1.3, 1.4) on every node as if it stood still: a Field [N]."""
+        """Return the wind's force (eqs. 1.3, 1.4) on every node at rest: a Field [N]."""
         mesh, faces = self.model.mesh, self._work.faces
         wind = self.model.coefficients(forcing, self.drag_order).wind
         force, standstill = tuple(mesh.fields(3)), tuple(mesh.fields(3))
         set_face_forces(Nodes(state.nodes.position, standstill), wind, mesh.number(0.0),
                         self.model.sheet.weights, faces, mesh.band())
-        add_pressure_forces(faces, force, mesh.band())
+        add_wind_forces(faces, force, mesh.band())
         return force
 
 
 def in_true_wind(cloth: Cloth) -> Cloth:
     """Let a cloth step by TrueWind from now on, until its solver or material is changed."""
-    cloth._stepper = Stepper(cloth.mesh, cloth.material, TrueWind)
+    cloth._planned = PlannedSolver(cloth.mesh, cloth.material, TrueWind)
     return cloth
 
 

@@ -34,7 +34,7 @@ from flag_sim.cloth import Cloth, Diverged
 from flag_sim.cloth.energy import kinetic_energy
 from flag_sim.cloth.mesh import resample
 from flag_sim.cloth.model import Model
-from flag_sim.declarations.making import cloth_of
+from flag_sim.declarations.factories import cloth_of
 from flag_sim.study.measures.settings import changed, RANGES, Settings
 import numpy as np
 

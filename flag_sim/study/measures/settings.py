@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """The settings of a run: {parameter: value} of all three nodes in one, and changes of them."""
-from flag_sim.declarations.making import look_of
+from flag_sim.declarations.factories import look_of
 from flag_sim.declarations.physics import PHYSICS
 from flag_sim.declarations.renderer import RENDERER
 from flag_sim.declarations.scene import SCENE
@@ -27,10 +27,11 @@ Settings = dict[str, object]
 CLOTH_SIZES = ('flag.length', 'flag.width')  # the parameters of the scene that are the cloth's
 
 
-def _defaults(declarations, but=()) -> Settings:
+def _defaults(declarations, exclude=()) -> Settings:
     """Return {parameter: default}, lists as tuples, which cannot be changed by mistake."""
-    return {one.name: tuple(one.default) if one.is_list else one.default
-            for one in declarations if one.name not in but}
+    return {declaration.name: (tuple(declaration.default) if declaration.is_list
+                               else declaration.default)
+            for declaration in declarations if declaration.name not in exclude}
 
 
 WIND_DEFAULTS = {name: default for name, default in _defaults(WIND).items()
@@ -39,8 +40,8 @@ WIND_DEFAULTS = {name: default for name, default in _defaults(WIND).items()
 
 DEFAULTS = {
     'wind': WIND_DEFAULTS,
-    'physics': _defaults(PHYSICS, but=['max_gap', 'preroll', *_defaults(SCENE, CLOTH_SIZES)]),
-    'renderer': {**_defaults(RENDERER, but=['threads', *CLOTH_SIZES]), 'drawing.threads': 1},
+    'physics': _defaults(PHYSICS, exclude=['max_gap', 'preroll', *_defaults(SCENE, CLOTH_SIZES)]),
+    'renderer': {**_defaults(RENDERER, exclude=['threads', *CLOTH_SIZES]), 'drawing.threads': 1},
 }
 """
 {node: {parameter: default}}: all that a frame depends on.
@@ -48,7 +49,8 @@ DEFAULTS = {
 Both physics and renderer have `threads`: the renderer's is `drawing.threads` here.
 """
 
-RANGES = {one.name: (one.low, one.high) for one in WIND + PHYSICS if one.low is not None}
+RANGES = {declaration.name: (declaration.low, declaration.high)
+          for declaration in WIND + PHYSICS if declaration.low is not None}
 """{parameter: (least, greatest)} of the numbers of wind and physics."""
 MAX_GAP = _defaults(PHYSICS)['max_gap']
 """Longest frame that the physics node simulates by default [s]."""

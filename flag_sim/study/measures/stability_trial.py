@@ -29,7 +29,7 @@ from flag_sim.cloth.model import Model
 from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.cloth.stability import damping_bound, frequency_bound
 from flag_sim.cloth.state import State
-from flag_sim.declarations.making import hang_of
+from flag_sim.declarations.factories import hang_of
 from flag_sim.study.measures.settings import defaults, WIND_DEFAULTS
 import numpy as np
 
@@ -41,7 +41,7 @@ NOISE = 1e-3
 """Of the first positions, in parts of a cell: something for an unstable wave to grow from."""
 STEPS = 500  # in which a method must diverge, or counts as stable
 CHUNK = 50  # steps between two looks at the state
-FAR = 100.0  # times farther than wind and gravity can carry a free cloth: a place for numbers only
+ESCAPE_FACTOR = 100.0  # times farther than wind and gravity can carry a free cloth: diverged
 FRAMES = 2  # that a cloth is moved by at least, and on until it has taken STEPS steps
 
 
@@ -98,8 +98,8 @@ def solver_alone(solver: str, material: Material, forcing: Forcing, dt: float,
     Return DIVERGING or STABLE for STEPS steps of dt [s] of a method, without planner or limits.
 
     Diverging: a node is not finite, or farther than `far` [m] from where it was. By default that
-    is FAR times what the flag's size, the wind and free fall together account for; where springs
-    do not diverge nothing else can be so far, however soft they are.
+    is ESCAPE_FACTOR times what the flag's size, the wind and free fall together account for; where
+    springs do not diverge nothing else can be so far, however soft they are.
     """
     method = SOLVERS[solver](Model(MESH, material))
     state, spare = State(MESH), State(MESH)
@@ -110,7 +110,7 @@ def solver_alone(solver: str, material: Material, forcing: Forcing, dt: float,
         if method.advance(state, spare, forcing, dt, CHUNK) is spare:
             state, spare = spare, state
         time = done * dt
-        allowed = far or FAR * (size + wind * time + 0.5 * forcing.gravity * time**2)
+        allowed = far or ESCAPE_FACTOR * (size + wind * time + 0.5 * forcing.gravity * time**2)
         # A NaN compares false, and so counts as far.
         if not np.abs(state.data[:3] - begin).max() <= allowed:
             return DIVERGING

@@ -19,7 +19,7 @@ import time
 
 from flag_sim.cloth import Cloth
 from flag_sim.cloth.stability import Plan
-from flag_sim.declarations.making import look_of
+from flag_sim.declarations.factories import look_of
 from flag_sim.drawing import Picture
 from flag_sim.study.measures.errors import Measure, measured, MOTION, PICTURE, resized
 from flag_sim.study.measures.reference import FINEST, on_grid, Reference, Window

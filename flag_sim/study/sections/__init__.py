@@ -26,7 +26,7 @@ from flag_sim.study.store import Store
 
 class Section(Protocol):
     """
-    What a module here has; one without a PLACE is no section, but helps some.
+    What a section's module has; a module without a PLACE is shared by sections.
 
     Columns of rows end with their unit (`rms_mm`). Every number in them but times (`_ms`) is the
     same in every run. A module without tables to draw has no plots.

@@ -19,7 +19,7 @@ import itertools
 from pathlib import Path
 
 from flag_sim.cloth import Diverged
-from flag_sim.declarations.making import hang_of
+from flag_sim.declarations.factories import hang_of
 from flag_sim.study import plots as drawing
 from flag_sim.study.measures import errors, summary, trials
 from flag_sim.study.measures.reference import on_grid, WINDOW

@@ -19,7 +19,7 @@ from pathlib import Path
 
 from flag_sim.cloth.mesh import resample
 from flag_sim.cloth.solvers import SOLVERS
-from flag_sim.declarations.making import cloth_of
+from flag_sim.declarations.factories import cloth_of
 from flag_sim.study import plots as drawing
 from flag_sim.study.measures import errors, summary, trials
 from flag_sim.study.measures.reference import Shot

@@ -19,7 +19,7 @@ import math
 from pathlib import Path
 
 from flag_sim.cloth.solvers import SOLVERS
-from flag_sim.declarations.making import cloth_of
+from flag_sim.declarations.factories import cloth_of
 from flag_sim.study import plots as drawing
 from flag_sim.study.measures import summary, trials
 from flag_sim.study.measures.errors import measured, MOTION
@@ -117,12 +117,12 @@ stable, and up to four times as many or {SHOWN}, in {len(next(iter(groups.values
 
 ### The scheme of the source text
 
-`seed` follows the source's equations to the letter. They are the symplectic method's but for one
-thing: x = x0 + v (1.10) keeps the velocity in metres **per step**, and the forces that depend on
-velocity, the dashpots and the relative wind, are given this number where metres per second are
-meant. At n steps a frame they are therefore 30 n times too weak, whatever the step. So the
-error of `seed` does not vanish with the step, as symplectic's does: it goes to a motion without
-dashpots and without the drag of the cloth's own speed. RMS mm after
+`seed` follows the source's equations exactly as published. They are the symplectic method's but
+for one thing: x = x0 + v (eq. 1.10) keeps the velocity in metres **per step**, and the forces that
+depend on velocity, the dashpots and the relative wind, are given this number where metres per
+second are meant. At n steps a frame they are therefore 30 n times too weak, whatever the step. So
+the error of `seed` does not vanish with the step, as symplectic's does: it goes to a motion
+without dashpots and without the drag of the cloth's own speed. RMS mm after
 {long_ms:.0f} ms:
 
 {table(['steps a frame', 'seed', 'symplectic', 'symplectic without dashpots'], seed)}

@@ -17,7 +17,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from flag_sim.cloth.solvers import SOLVERS
-from flag_sim.declarations.making import cloth_of
+from flag_sim.declarations.factories import cloth_of
 from flag_sim.study import plots as drawing
 from flag_sim.study.measures import trials
 from flag_sim.study.measures.errors import MOTION, PICTURE

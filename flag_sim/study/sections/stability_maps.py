@@ -30,12 +30,12 @@ from flag_sim.cloth import Air, Material, Stepping
 from flag_sim.cloth.forces import Forcing
 from flag_sim.cloth.material import VACUUM
 from flag_sim.cloth.solvers import SOLVERS
+from flag_sim.study import stability_plots
 from flag_sim.study.measures import stability_trial as trial, summary
 from flag_sim.study.measures.settings import MAX_GAP, RANGES, WIND_DEFAULTS
 from flag_sim.study.measures.summary import Rows
 from flag_sim.study.report import table
 from flag_sim.study.runner import Batch
-from flag_sim.study.sections import stability_plots
 from flag_sim.study.store import Store
 
 PLACE, NAME, SHARE = 7, 'stability', 1.0
@@ -223,9 +223,9 @@ to the softest and heaviest cloth and to the stiffest and lightest; shear and be
 stiffness.
 
 "Steps": the method alone takes {trial.STEPS} steps of a fixed length. It diverges where a node
-is not finite or {trial.FAR:g} times farther away than wind and free fall can carry it. What
-diverges grows exponentially, so that another threshold hardly moves a border; growth as slow as
-euler's undamped waves needs more steps to be seen.
+is not finite or {trial.ESCAPE_FACTOR:g} times farther away than wind and free fall can carry it.
+What diverges grows exponentially, so that another threshold hardly moves a border; growth as slow
+as euler's undamped waves needs more steps to be seen.
 
 "Frames": what a user gets of {trial.FRAMES} frames or more, until they have {trial.STEPS}
 steps, with at most {Stepping().substeps_limit} steps a frame. Nothing diverges there: a frame

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Parameters of whoever sends frames: how they are paced, and when one is done."""
+"""Parameters of the nodes that send frames: how they are paced, and when one is done."""
 from flag_sim.parameters.declaration import Declaration
 
 PACE = Declaration(

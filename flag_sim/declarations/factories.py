@@ -12,19 +12,19 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What values {parameter: value}, as in a params file of the nodes, make of the library."""
+"""Factories: the library's objects from values {parameter: value}, as in a params file."""
 from collections.abc import Mapping
 from typing import NamedTuple
 
 from flag_sim.cloth import Cloth
 from flag_sim.declarations.physics import AIR, GRID, MATERIAL, OPTIONS, STEPPING
-from flag_sim.declarations.renderer import CAMERA, LIGHT, STYLE, SURFACES
+from flag_sim.declarations.renderer import CAMERA, LIGHT, RENDERER, STYLE, SURFACES
 from flag_sim.declarations.scene import DIMENSIONS
 from flag_sim.drawing import Camera, Dimensions, Light, Materials, Style
 
 Values = Mapping[str, object]
 
-# Each raises ValueError where there is no such thing.
+# Each raises ValueError for values that the object cannot have.
 material_of = MATERIAL.make
 air_of = AIR.make
 stepping_of = STEPPING.make
@@ -32,7 +32,7 @@ stepping_of = STEPPING.make
 
 def hang_of(values: Values) -> tuple[tuple[float, float, float], float, float]:
     """
-    Return (hoist_top, length, width) [m] of the flag (1.2).
+    Return (hoist_top, length, width) [m] of the flag (sec. 1.2).
 
     Unless given, the width is a sixth of the pole and the length one and a half times the width.
     The upper corner is on the pole's surface, one diameter below its top.
@@ -49,7 +49,7 @@ def pole_of(values: Values) -> tuple[float, float, float] | None:
 
 
 def cloth_of(values: Values) -> Cloth:
-    """Return the Cloth, at rest; raises ValueError where there is none."""
+    """Return the Cloth, at rest; raises ValueError for values that it cannot have."""
     hoist_top, length, width = hang_of(values)
     return Cloth(length=length, width=width, hoist_top=hoist_top, pole=pole_of(values),
                  material=material_of(values), air=air_of(values), stepping=stepping_of(values),
@@ -57,7 +57,7 @@ def cloth_of(values: Values) -> Cloth:
 
 
 class Look(NamedTuple):
-    """Everything that a frame's picture depends on, but the cloth: arguments of Picture.draw."""
+    """All that a frame's picture depends on beside the cloth: arguments of Picture.draw."""
 
     camera: Camera
     light: Light
@@ -66,12 +66,13 @@ class Look(NamedTuple):
     style: Style
 
 
-COLOURS = ('background', *(f'{thing}.color' for thing in SURFACES))
+COLOURS = tuple(declaration.name for declaration in RENDERER
+                if declaration.is_list and (declaration.low, declaration.high) == (0.0, 255.0))
 
 
 def look_of(values: Values) -> Look:
     """
-    Return the Look; raises ValueError where there is none.
+    Return the Look; raises ValueError for values that it cannot have.
 
     Between black and another colour, keys pass through what Surface and Style refuse, for people
     who give it count colours from 0 to 1: that is black here.

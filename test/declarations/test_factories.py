@@ -19,8 +19,8 @@ from flag_sim.cloth import Air, Cloth, Material, Stepping
 from flag_sim.cloth.material import DRAG_LAWS
 from flag_sim.cloth.mesh import PRECISIONS
 from flag_sim.cloth.solvers import SOLVERS
-from flag_sim.declarations.making import air_of, cloth_of, hang_of, look_of, material_of
-from flag_sim.declarations.making import stepping_of
+from flag_sim.declarations.factories import air_of, cloth_of, hang_of, look_of, material_of
+from flag_sim.declarations.factories import stepping_of
 from flag_sim.declarations.nodes import defaults, named
 from flag_sim.declarations.physics import GRID, OPTIONS
 from flag_sim.drawing import Camera, Dimensions, Light, Materials, Style, Surface
@@ -102,7 +102,7 @@ def test_the_parameters_of_the_cloth():
 
 
 def test_a_flag_without_a_size_follows_from_its_pole():
-    """Its width is a sixth of the pole, its length one and a half times the width (1.2)."""
+    """Its width is a sixth of the pole, its length one and a half times the width (sec. 1.2)."""
     hoist_top, length, width = hang_of(values_of('physics', pole__height=6.0))
     assert (hoist_top, length, width) == ((0.05, 0.0, 5.9), 1.5, 1.0)
     assert hang_of(values_of('physics', flag__width=2.0))[1:] == (3.0, 2.0)

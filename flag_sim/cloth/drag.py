@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-The laws of drag: the pressure on a face, and how it is kept from overshooting in a step.
+Drag laws: the force of the wind on a face, and how it is kept from overshooting in a step.
 
 With the flux u . a [m3/s] of the wind u that a face of area A feels through its area vector a, the
 normal wind is u_n = flux / A, and the force along the normal is F = drag s u_n. The laws differ in
@@ -22,11 +22,11 @@ s, and so in how fast F grows with u_n:
     law         s        dF/du_n / drag
     quadratic   |flux|   2 |flux|
     linear      A        A                 s in m3/s: A times 1 m/s
-    seed        1        0                 n (n . w), to the letter of 1.3: w is not relative
+    seed        1        0                 n (n . w), eq. 1.3 as published: w is not relative
 
 Explicit steps overshoot once h is longer than m / (dF/du_n), so F is divided by 1 + r^order,
 r = h dF/du_n / m. For order 1 that is drag taken implicitly, linearised (Rosenbrock). It changes F
-by the part r^order, which is of the same order in h as the method's own error.
+by the fraction r^order, which is of the same order in h as the method's own error.
 
 What is left, as rate h d(F / (1 + r^order))/du_n / m of a step, is at most
 
@@ -37,18 +37,18 @@ whatever the wind, the air and the cloth's mass: the methods leave room for that
 stable steps. With p = 4 and r above 1 the quadratic law's rate is negative, down to -0.17: the
 force still is against the wind, but falls as that grows.
 
-The letter of 1.3 takes nothing from a motion, and needs no room. Nothing bounds the speed that it
-gives but its size, at most 2 |w| newtons on a node, as the shares of six faces sum up to 2: the
-root of the kinetic energy then grows no faster than evenly in time, as it does in free fall.
+Equation 1.3 as published does not damp any motion, and needs no room. The speed that it gives is
+bounded only by its size, at most 2 |w| newtons on a node, as the shares of six faces sum up to 2:
+the root of the kinetic energy then grows at most linearly in time, as it does in free fall.
 """
 import math
 
 from flag_sim.jit.kernels import inner_kernel
 
 QUADRATIC, LINEAR, SEED = 0, 1, 2
-"""The laws of drag by number, for the kernels."""
+"""The drag laws by number, for the kernels."""
 DRAG_LAWS = {'quadratic': QUADRATIC, 'linear': LINEAR, 'seed': SEED}
-"""The laws by the names that users choose them by."""
+"""The drag laws by the names that users choose them by."""
 
 GREATEST_RATE = {
     'quadratic': {1: 1.0 / 2.0, 2: 3.0**1.5 / 16.0, 4: 0.4197},
@@ -58,7 +58,7 @@ GREATEST_RATE = {
 
 
 @inner_kernel
-def pressure(flux: float, area2: float, law: int) -> tuple[float, float]:
+def drag_factor(flux: float, area2: float, law: int) -> tuple[float, float]:
     """Return s and (dF/du_n) / drag of a face, both [m3/s], given the flux and A squared [m4]."""
     if law == QUADRATIC:
         s = abs(flux)

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""A method for a material on a mesh, and a softer material where a frame cannot carry it."""
+"""A solver whose material is softened where a frame's steps could not carry it."""
 import functools
 
 from flag_sim.cloth.divergence import stability_hint
@@ -24,11 +24,11 @@ from flag_sim.cloth.stability import damping_bound, Plan, plan, SHORTEST_STEP
 from flag_sim.cloth.stepping import Stepping
 
 
-class Stepper:
+class PlannedSolver:
     """
-    A solver of a kind, a subclass of Solver, for a material on a mesh.
+    A solver for a material on a mesh, planned anew for each frame.
 
-    solver: with the model as the last planned frame asks for it, softened or not.
+    kind: a subclass of Solver. solver: one of that kind, its model softened as the last plan asks.
     """
 
     def __init__(self, mesh: Mesh, material: Material, kind: type[Solver]):
@@ -48,5 +48,5 @@ class Stepper:
         return steps
 
     def hint(self, name: str, step: float, safety: float, air: Air) -> str:
-        """Return what would have been stable instead of steps of so many seconds; name: ours."""
+        """Return which step would have been stable instead of `step` [s]; name: the solver's."""
         return stability_hint(name, step, safety, *self._bounds, air)
