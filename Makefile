@@ -27,7 +27,7 @@ help:
 	@echo 'make parameters   write docs/parameters.md by the declarations in the code'
 	@echo 'make clean  remove .venv, out and all that was built'
 
-# Nothing of a demo or a test leaves this machine.
+# Demos and tests look for nobody beyond this machine (who can reach them: docs/security.md).
 demo test soak bench: export ROS_AUTOMATIC_DISCOVERY_RANGE = LOCALHOST
 
 # An editable install has copies of config/ where `ros2 pkg prefix flag_sim` leads.

@@ -103,11 +103,12 @@ setup(
             'ros-kilted-rosgraph-msgs>=2.3,<2.4',
             'ros-kilted-sensor-msgs>=5.5,<5.6',
             'ros-kilted-std-msgs>=5.5,<5.6',
-            'pyyaml>=6,<7',
+            'pyyaml>=6.0.1,<7',  # 6.0 has no wheel for 3.12, nor can it be built
         ],
         'record': ['rosbags>=0.11,<0.12'],
-        'pictures': ['pillow>=10.2,<14', 'tqdm>=4.66,<5'],
-        'study': ['matplotlib>=3.6,<4', 'pyyaml>=6,<7'],
+        # The lower bounds leave out CVE-2024-28219 and CVE-2024-34062.
+        'pictures': ['pillow>=10.3,<14', 'tqdm>=4.66.3,<5'],
+        'study': ['matplotlib>=3.6,<4', 'pyyaml>=6.0.1,<7'],
         # The linters are ROS's own, with the plugins that their package.xml files ask for.
         'test': [
             'pytest>=7.4,<10',
@@ -118,7 +119,7 @@ setup(
             'embreex>=4.4,<5; platform_machine == "x86_64"',
             'moderngl>=5.10,<6; platform_machine == "x86_64"',
             'catkin_pkg>=1,<2',
-            'setuptools>=70.1',  # the first that builds a wheel, as a test does, without help
+            'setuptools>=78.1.1',  # a test builds a wheel; before: CVE-2025-47273
             'ros-kilted-ament-flake8>=0.19.2,<0.20',
             'ros-kilted-ament-pep257>=0.19.2,<0.20',
             'ros-kilted-ament-lint>=0.19.2,<0.20',

@@ -63,13 +63,14 @@ class Recorder(ParameterNode):
         self._bag = Bag(path, self.values['storage'], self.values['compression'])
         self._recording = Recording([name for name in self._topics if TOPICS[name].every_frame],
                                     self.values['frames'])
+        self._end_timer = None  # looks whether a recording that is full has been heard
         self._last_asked = 0.0  # steady time at which a frame was last requested again [s]
         self._log = NodeLog(self)
         self._frame_done_out = publish(self, 'frame_done')
         for name in self._topics:
             self._record(name)
         if 'parameters' not in self._topics:
-            subscribe(self, 'parameters', self._refusing('parameters', self._follow), raw=True)
+            subscribe(self, 'parameters', self._refusing('parameters', self._answer), raw=True)
         self._log.watch(self._lacking, lambda: self._stopwatch.frames)
         self.get_logger().info(f'recording {", ".join(self._topics)} into {path}')
 
@@ -124,13 +125,25 @@ class Recorder(ParameterNode):
                 f'{counted(self._stopwatch.frames, "frame")}')), 'takes')
         return now
 
+    def _answer(self, data, info):
+        """Follow the takes by parameters that are not recorded; say so for a complete frame."""
+        for message in self._follow(data, info):
+            stamp = serialized_stamp(message)
+            if self._recording.is_complete(stamp):
+                self._answer_again(stamp)
+        self._end_if_full()
+
+    def _answer_again(self, stamp):
+        """Say that a frame is complete to who has not heard it the first time."""
+        self._last_asked = time.monotonic()
+        self._say_done(stamp)
+
     def _write(self, name, topic, data):
         """Write a message, if it is not there yet, and say when its frame is complete."""
         stamp = serialized_stamp(data)
         placement = self._recording.place(name, stamp)
         if placement is Placement.ANSWER:
-            self._last_asked = time.monotonic()
-            self._say_done(stamp)  # the first answer was lost
+            self._answer_again(stamp)
         if placement is not Placement.WRITE or self.ended.done():
             return
         try:
@@ -145,25 +158,33 @@ class Recorder(ParameterNode):
         if self._recording.written(name, stamp):
             self._stopwatch.frames += 1
             self._say_done(stamp)
-            if self._recording.has_all_frames:
-                self._last_asked = time.monotonic()
-                self.create_timer(0.1, self._end_when_heard)
+            self._end_if_full()
 
     def _say_done(self, stamp):
         with self._stopwatch.measure('publish'):
             self._frame_done_out.publish(messages.header(stamp, self.get_name()))
 
+    def _end_if_full(self):
+        if self._recording.has_all_frames and self._end_timer is None:
+            self._last_asked = time.monotonic()
+            self._end_timer = self.create_timer(0.1, self._end_when_heard)
+
     def _end_when_heard(self):
         heard = (not self.count_publishers('parameters')
                  or time.monotonic() - self._last_asked > LINGER)
-        if heard and not self.ended.done():
+        # A take that has begun meanwhile is recorded too.
+        if self._recording.has_all_frames and heard and not self.ended.done():
             self.ended.set_result(0)
 
     def _lacking(self):
         """Return in words what a frame after the last complete one lacks, or ''."""
         lacking = self._recording.lacking()
         if lacking is None:
-            return ''
+            outstanding = self._recording.outstanding
+            if not outstanding or self.count_publishers('parameters'):
+                return ''
+            return (f'{outstanding} of {counted(self.values["frames"], "frame")} of a take: '
+                    'no node publishes parameters any more; begin the shot again, or end this')
         stamp, missing = lacking
         name = min(missing, key=self._topics.index)
         senders = publishers(self, name)

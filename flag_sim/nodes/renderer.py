@@ -62,6 +62,7 @@ class Renderer(FrameNode):
         super().__init__('renderer', RENDERER)
         self._values = self._look = None
         self._clouds = StampBuffer(DEPTH)  # positions and normals
+        self._is_insisted = False  # whether the cloud that came last had come before
         self._first = None  # stamp of the take's first frame [ns]
         self._warm_up()
         # Made after that, for the number of threads is chosen by how long its first frames take.
@@ -98,7 +99,7 @@ class Renderer(FrameNode):
         """
         self._first = frame.stamp
         if frame.take is not None:
-            self._clouds.keep({early.stamp for early in self._order.waiting.values()})
+            self._clouds.keep({early.stamp for early in self._server.order.waiting.values()})
 
     def is_ready(self, frame: FrameId) -> bool:
         """Return whether the frame's vertices have come."""
@@ -111,12 +112,16 @@ class Renderer(FrameNode):
         except ValueError as error:
             self.refuse('vertices', error)
             return
-        if self.answer_again(stamp):
+        if self._server.is_served(stamp):
+            # Only parameters tell their take: with takes this may be an early one of the next.
+            if not self._server.order.has_takes:
+                self._server.answer_again(stamp)
             return
         if stamp == self._first:
             self._clouds.keep(())  # they came late, from the take before
+        self._is_insisted = stamp in self._clouds
         self._clouds.put(stamp, cloud)
-        self.serve()
+        self._server.serve()
         if stamp in self._clouds:
             self._serve_alone(bytes(info['publisher_gid']['data']))
 
@@ -136,16 +141,20 @@ class Renderer(FrameNode):
 
     def _missing(self):
         """Return in words what the next frame lacks: its vertices or, with them, parameters."""
-        lacking = [frame.stamp for frame in self._order.waiting.values()
-                   if not self.is_ready(frame)]
-        if lacking:
-            frame = f'vertices of the frame at {min(lacking) / 1e9:.3f} s'
+        due, waiting = self._server.order.due, self._server.order.waiting
+        if due is not None:  # it is not ready, else it had been drawn
+            frame = f'vertices of the frame at {due.stamp / 1e9:.3f} s'
             senders = publishers(self, 'vertices')
             return (f'{frame}: {senders} has not sent them, its log says why' if senders else
                     f'{frame}: no node publishes them, is physics running?')
-        # A single cloud may be a late copy, for which no parameters come.
         senders = publishers(self, 'parameters')
-        if len(self._clouds) > 1 and senders:  # without any, the next one is drawn alone
+        if waiting:
+            after = min(waiting.values()).stamp
+            return (f'parameters of a frame before the one at {after / 1e9:.3f} s, which says '
+                    f'that they are owed: {senders or "no node"} publishes parameters')
+        # A single cloud that came once may be a late copy, for which no parameters come.
+        if (len(self._clouds) > 1 or (len(self._clouds) and self._is_insisted)) and senders:
+            # Without any, the next one is drawn alone.
             return (f'parameters of the frame at {min(self._clouds) / 1e9:.3f} s, whose vertices '
                     f'have come: {senders} publishes parameters, but not '
                     'of this frame; end it, and vertices are drawn alone')

@@ -13,32 +13,30 @@
 # limitations under the License.
 
 """The wind node: plays the wind and the keyframes, and decides when a frame happens."""
-import collections
 from collections.abc import Mapping, Sequence
 import sys
 import time
 
 from flag_sim.animation.keys import values_at
-from flag_sim.animation.tracks import TIME_TOLERANCE
 from flag_sim.animation.wind_source import WindSource
 from flag_sim.declarations.keyable import TARGETS
 from flag_sim.declarations.wind import WIND
 from flag_sim.protocol.clock import FrameClock
 from flag_sim.protocol.frames import next_take
 from flag_sim.protocol.missed_frames import MissedFrames
+from flag_sim.protocol.requests import Requests
 from flag_sim.protocol.take import Take
 from flag_sim.protocol.throttled_log import Entry
 from flag_sim.ros import frame_message, messages
 from flag_sim.ros.animation_node import AnimationNode
 from flag_sim.ros.delivery import check_delivery, Delivery
 from flag_sim.ros.diagnostics import compute_time, Diagnostics, OK, WARN
+from flag_sim.ros.keyframes import Keyframes
 from flag_sim.ros.lifecycle import run
 from flag_sim.ros.topics import publish, subscribe
 from geometry_msgs.msg import Vector3, Vector3Stamped
 from rosgraph_msgs.msg import Clock as ClockMessage
 
-MAX_CROSSED = 4096
-"""Keys and events that are announced with one frame; of more the latest."""
 POLL_PERIOD = 0.2
 """How often lockstep checks for overdue frames [s]."""
 REPORT_PERIOD = 5.0
@@ -58,11 +56,11 @@ class Wind(AnimationNode):
         self._clock_out = publish(self, '/clock') if self.values['publish_clock'] else None
         self._message = frame_message.FrameMessage(self.get_fully_qualified_name())
         self._delivery = Delivery(self, self._send_again, self._on_done)
-        self._crossed = collections.deque(maxlen=MAX_CROSSED)  # keys that are to be announced
+        self._keyframes = Keyframes()
         self._missed = MissedFrames()
         # When _send_due last ran: steady time and process CPU time [s].
         self._last_look = time.monotonic(), time.process_time()
-        self._reset_since = None  # steady time at which a reset was requested [s]
+        self._requests = Requests()
         self._timer = None
         self._take = None
         self._begin_take()
@@ -106,6 +104,8 @@ class Wind(AnimationNode):
         if changed & {'rate', 'pace', 'paused', 'frames'}:
             self._take.clock.wait()
             self._set_timer()
+        if changed & {'paused', 'pace'}:
+            self._requests.steps = 0  # they are for while it is paused
         if 'pace' in changed:
             # In real time no node waits for a resend, so nothing is kept in flight.
             self._delivery.clear()
@@ -123,7 +123,7 @@ class Wind(AnimationNode):
         self._take = Take(next_take(self._take.number if self._take else 0), clock,
                           self.values['frames'], messages.LATEST)
         self._delivery.clear()
-        self._crossed.clear()
+        self._keyframes.clear()
         self._wind_source = WindSource(self.values, self.timeline)
 
     def _set_timer(self):
@@ -135,7 +135,7 @@ class Wind(AnimationNode):
 
     def _on_timer(self):
         now = time.monotonic()
-        if self._reset_since is not None:
+        if self._requests.is_reset_asked:
             self._finish_reset(now)
         elif self.values['pace'] == 'lockstep':
             self._delivery.resend_overdue(now)
@@ -145,24 +145,30 @@ class Wind(AnimationNode):
         self._end_if_done(now)
 
     def _on_step(self, _):
-        """Send one frame while paused."""
-        if self.values['paused'] and not self._take.is_over:
+        """Send one frame while paused; in lockstep once the window has room for it."""
+        if not self.values['paused']:
+            return
+        if self.values['pace'] == 'lockstep':
+            self._requests.steps += 1
+            self._fill_window()
+        elif not self._take.is_over:
+            self._delivery.make_room(self.values['window'])
             self._send(time.monotonic())
 
     def _on_reset(self, _):
         """Begin again; in lockstep only when the frames in flight are done."""
-        self._reset_since = time.monotonic()
-        self._finish_reset(self._reset_since)
+        now = time.monotonic()
+        self._requests.reset(now)
+        self._finish_reset(now)
 
     def _finish_reset(self, now):
-        waited = now - self._reset_since > self.values['resend_after']
-        if self.values['pace'] == 'realtime' or not len(self._delivery) or waited:
-            self._reset_since = None
+        is_idle = self.values['pace'] == 'realtime' or not len(self._delivery)
+        if self._requests.begins_take(is_idle, now, self.values['resend_after']):
             self._begin_take()
             self._log.write_few(Entry('info', 'reset: back to the first frame'), 'reset')
 
     def _end_if_done(self, now):
-        if self._reset_since is not None or self.ended.done() or not self._take.is_over:
+        if self._requests.is_reset_asked or self.ended.done() or not self._take.is_over:
             return
         is_gone = self.values['pace'] == 'realtime' and self._delivery.overdue(
             now, self.values['resend_after'])
@@ -177,8 +183,10 @@ class Wind(AnimationNode):
     # Lockstep.
 
     def _fill_window(self):
-        while (not self.values['paused'] and self._reset_since is None
+        while ((not self.values['paused'] or self._requests.steps)
+               and not self._requests.is_reset_asked
                and self._take.has_room(self._delivery, self.values['window'])):
+            self._requests.steps = max(self._requests.steps - 1, 0)
             self._send(time.monotonic())
 
     def _send_again(self, sent):
@@ -240,18 +248,12 @@ class Wind(AnimationNode):
                 vector=Vector3(x=wind[0], y=wind[1], z=wind[2])))
 
     def _publish_crossed(self, at):
-        """
-        Publish the keys and events that take effect in the frame that is `at` [ns] in the take.
-
-        A key at the frame's time gets exactly the frame's stamp, despite rounding. What could not
-        be sent leaves with the next frame.
-        """
-        for key, name in self.timeline.crossed(self._take.previous / 1e9, at / 1e9):
-            is_now = key >= at / 1e9 - TIME_TOLERANCE
-            self._crossed.append(messages.header(
-                self._take.clock.offset + (at if is_now else round(key * 1e9)), name))
-        while self._crossed and self._keyframe_out.publish(self._crossed[0]):
-            self._crossed.popleft()
+        """Publish the keys and events of the frame that is `at` [ns] in the take."""
+        try:
+            self._keyframes.cross(self.timeline, self._take.previous, at, self._take.clock.offset)
+        except ValueError as error:
+            self._log.warn(f'a frame is too long to announce its keys: {error}')
+        self._keyframes.publish(self._keyframe_out)
 
     # Reports.
 

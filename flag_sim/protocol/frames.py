@@ -71,6 +71,7 @@ class FrameOrder:
 
     LONGEST_QUEUE = 64  # more than any window; only a broken sender fills it
     LARGEST_WINDOW = 8  # of any sender [frames]; copies of frames farther behind are not asked for
+    INSISTENT = 3  # copies in a row of a frame without an answer: its sender waits for it
 
     def __init__(self):
         self._take = None
@@ -79,6 +80,7 @@ class FrameOrder:
         self._last = -1   # index of the last frame that was served
         self._oldest = 0  # index that may still be waited for, as the sender said last
         self._behind = None  # the frame far behind that came last, if none came after it
+        self._in_vain = None, 0  # a frame that was asked for in vain, and how often in a row
         self._waiting: dict[int, FrameId] = {}
 
     def arrive(self, frame: FrameId, sender: Hashable = None) -> Arrival:
@@ -92,6 +94,8 @@ class FrameOrder:
         """
         changed = sender != self._sender
         self._sender = sender
+        if frame[:3] != self._in_vain[0]:
+            self._in_vain = None, 0
         behind, self._behind = self._behind, None
         if frame.take is None or self._take is None:
             # Without takes, time that jumps back begins anew, as it does everywhere in ROS.
@@ -112,6 +116,31 @@ class FrameOrder:
         self._wait(frame)
         return Arrival.NEW
 
+    def is_insisted(self, frame: FrameId) -> bool:
+        """
+        Return whether to begin anew with a frame that came AGAIN and has no answer; then it waits.
+
+        It was passed over, or its answer was dropped, because of what somebody else sent under
+        the same sender's name. A sender that waits for it sends nothing else, and would for ever.
+        """
+        _, times = self._in_vain
+        self._in_vain = frame[:3], times + 1
+        if times + 1 < self.INSISTENT:
+            return False
+        self._restart(frame)
+        return True
+
+    @property
+    def has_takes(self) -> bool:
+        """Return whether the frames that come tell their take."""
+        return self._take is not None
+
+    @property
+    def due(self) -> FrameId | None:
+        """Return the first frame whose turn it is, ready or not, or None."""
+        return next((self._waiting[index] for index in sorted(self._waiting)
+                     if self._is_due(self._waiting[index])), None)
+
     @property
     def waiting(self) -> dict[int, FrameId]:
         """Return {index: frame} of the frames whose turn has not come."""
@@ -131,11 +160,14 @@ class FrameOrder:
         """
         for index in sorted(self._waiting):
             frame = self._waiting[index]
-            if is_ready(frame) and max(self._oldest, frame.oldest, self._last + 1) >= index:
+            if is_ready(frame) and self._is_due(frame):
                 self._last = index
                 self._waiting = {i: t for i, t in self._waiting.items() if i > index}
                 return frame
         return None
+
+    def _is_due(self, frame):
+        return max(self._oldest, frame.oldest, self._last + 1) >= frame.index
 
     def _is_behind(self, frame, behind):
         """Return whether a frame cannot be a copy that the take's sender was asked for."""
@@ -158,8 +190,9 @@ class FrameOrder:
 
     def _wait(self, frame):
         self._oldest = max(self._oldest, frame.oldest)
-        known = self._waiting.get(frame.index)
-        if known is None or frame.oldest > known.oldest:
-            self._waiting[frame.index] = frame
+        # In the order of arrival: what is dropped is what nobody has sent again for longest.
+        known = self._waiting.pop(frame.index, frame)
+        self._waiting[frame.index] = (
+            known if known.stamp == frame.stamp and known.oldest > frame.oldest else frame)
         if len(self._waiting) > self.LONGEST_QUEUE:
-            del self._waiting[min(self._waiting)]
+            del self._waiting[next(iter(self._waiting))]

@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """Frames in flight: what was sent, who has said that it is done, and what is overdue."""
+import collections
 from collections.abc import Iterable
 import dataclasses
 
@@ -20,6 +21,8 @@ from flag_sim.protocol.frames import FrameId
 
 FIRST_RESEND = 0.2
 """Time until a frame is sent again while no node has ever answered (discovery is slow) [s]."""
+MOST_GIVEN_UP = 64
+"""Number of latest frames given up to which a late answer shows that a consumer is there."""
 
 
 @dataclasses.dataclass
@@ -46,6 +49,8 @@ class FramesInFlight:
         self.resent = 0
         self._frames: dict[int, Sent] = {}  # by stamp; a dict keeps the order of sending
         self._consumers: set[str] = set()  # who was waited for last
+        # (stamp, consumers that had not answered) of the latest frames that were given up
+        self._given_up = collections.deque(maxlen=MOST_GIVEN_UP)
         self._silent_since = None  # since when frames are in flight and none of them was done
 
     def __len__(self) -> int:
@@ -81,6 +86,8 @@ class FramesInFlight:
                 return False
             del self._frames[stamp]
             self.answered = True
+        elif not any(stamp == known and consumer in names for known, names in self._given_up):
+            return False  # no node was asked for that: it must not hide who is silent
         # A consumer is there, even if the frame was given up meanwhile.
         self._silent_since = now if self._frames else None
         return sent is not None
@@ -127,7 +134,9 @@ class FramesInFlight:
 
     def give_up(self) -> None:
         """Forget the oldest frame."""
-        del self._frames[self.oldest.frame.stamp]
+        sent = self.oldest
+        self._given_up.append((sent.frame.stamp, frozenset(sent.waiting_for)))
+        del self._frames[sent.frame.stamp]
 
     def make_room(self, window: int) -> int:
         """

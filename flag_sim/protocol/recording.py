@@ -21,6 +21,8 @@ from flag_sim.protocol.frames import Arrival, FrameId, FrameOrder
 
 REMEMBERED_FRAMES = 1024
 """Number of latest frames whose copies are recognised."""
+REMEMBERED_TAKES = 8
+"""Number of earlier takes that may go on: how many frames of each are complete is kept."""
 TAKE_GAP = 100_000_000
 """Time in the bag between two takes [ns]."""
 LATEST = 2**63 - 1
@@ -40,9 +42,10 @@ class Recording:
     The frames of a bag.
 
     every_frame: the topics that are recorded of which every frame has one message; with one of
-    each a frame is complete. length: of the recording [frames]; 0: without end.
-    complete: how many frames are; copies: how many messages were left out because they are
-    recorded already; takes: how many have begun.
+    each a frame is complete. length: of the take with which it is full [frames]; 0: without end.
+    complete: how many frames are; in_take: of the present take in all its rounds, without those of
+    a stranger who sends no take; copies: how many messages were left out because they are recorded
+    already; takes: how many have begun.
     The time of a message in the bag is its stamp. After a reset the time in the bag goes on: it is
     later than the stamp if the new take's stamps are not later than those of the take before.
     """
@@ -52,16 +55,24 @@ class Recording:
         self._length = length
         self._missing: dict[int, set[str]] = {}  # topics by stamp, of frames not complete
         self._latest = collections.OrderedDict()  # stamps of the latest complete frames
+        self._followed = collections.OrderedDict()  # stamps of the take's latest parameters
+        self._take = None  # number of the present take
+        self._in_takes = collections.OrderedDict()  # {number: complete frames} of those before it
         self._order = FrameOrder()
         self._held = None  # parameters that are a late copy or begin a round: the next ones decide
         self._offset = self._newest = 0  # of times in the bag [ns]
         self._lost = 0
-        self.complete = self.copies = self.takes = 0
+        self.complete = self.in_take = self.copies = self.takes = 0
 
     @property
     def has_all_frames(self) -> bool:
-        """Return whether as many frames are complete as were asked for."""
-        return 0 < self._length <= self.complete
+        """Return whether the present take has as many complete frames as were asked for."""
+        return 0 < self._length <= self.in_take
+
+    @property
+    def outstanding(self) -> int:
+        """Return how many frames the newest take lacks to be full; 0 before it has any."""
+        return max(self._length - self.in_take, 0) if self.takes or self.complete else 0
 
     @property
     def incomplete(self) -> int:
@@ -88,10 +99,21 @@ class Recording:
         while self._order.next_frame() is not None:
             pass  # its turn is all the same here, but a take that is played again is known by it
         if arrival is Arrival.RESTART:
-            self._begin_take(first.stamp)
+            self._begin_take(frame.take, first.stamp)
+            if is_round:
+                self._count(first.stamp)
+        self._count(frame.stamp)
         return [held, data] if is_round else [data]
 
-    def _begin_take(self, stamp):
+    def _count(self, stamp):
+        """Note that the parameters of the take's frame at `stamp` [ns] have come."""
+        if stamp not in self._followed:
+            self.in_take += stamp in self._latest
+            self._followed[stamp] = None
+            if len(self._followed) > REMEMBERED_FRAMES:
+                self._followed.popitem(last=False)
+
+    def _begin_take(self, number, stamp):
         """Let a take whose first frame has `stamp` [ns] follow in the bag after the one before."""
         # Images of the first take may come before its parameters: they belong to it.
         if self.takes:
@@ -99,6 +121,15 @@ class Recording:
             self._lost += len(self._missing)
             self._missing.clear()
             self._latest.clear()
+            self._followed.clear()
+            if number != self._take:
+                self._in_takes[self._take] = self.in_take
+                if len(self._in_takes) > REMEMBERED_TAKES:
+                    self._in_takes.popitem(last=False)
+        if number != self._take:
+            # Late messages of an older take may have come between the frames of this one.
+            self.in_take = self._in_takes.pop(number, 0)
+        self._take = number
         self.takes += 1
 
     def place(self, topic: str, stamp: int) -> Placement:
@@ -116,7 +147,8 @@ class Recording:
             return Placement.IGNORE if self.has_all_frames else Placement.WRITE
         if stamp in self._latest:
             self.copies += 1
-            return Placement.ANSWER
+            # Only parameters tell their take: others may be early ones of the next, not copies.
+            return Placement.IGNORE if self.takes and topic != 'parameters' else Placement.ANSWER
         if len(self._latest) == REMEMBERED_FRAMES and stamp < next(iter(self._latest)):
             self.copies += 1
             return Placement.IGNORE
@@ -128,6 +160,10 @@ class Recording:
             return Placement.IGNORE
         missing.discard(topic)
         return Placement.WRITE
+
+    def is_complete(self, stamp: int) -> bool:
+        """Return whether a frame of the newest take is one of the latest complete ones."""
+        return stamp in self._latest
 
     def time(self, stamp: int) -> int:
         """Return the time in the bag [ns] of a message of the current take with a stamp [ns]."""
@@ -146,6 +182,7 @@ class Recording:
             del self._missing[min(self._missing)]
             self._lost += 1
         self.complete += 1
+        self.in_take += not self.takes or stamp in self._followed
         return True
 
     def lacking(self) -> tuple[int, set[str]] | None:

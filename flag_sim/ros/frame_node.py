@@ -17,15 +17,13 @@ from collections.abc import Hashable, Iterable, Mapping
 import os
 
 from flag_sim.parameters.declaration import Declaration
-from flag_sim.protocol.frames import Arrival, FrameId, FrameOrder
+from flag_sim.protocol.frames import FrameId
+from flag_sim.protocol.serving import FrameServer, Handlers
 from flag_sim.ros import frame_message
 from flag_sim.ros.diagnostics import compute_time, Diagnostics, ERROR, OK
 from flag_sim.ros.parameter_node import ParameterNode
 from flag_sim.ros.topics import subscribe
 import numpy as np
-
-MAX_ANSWERS = FrameOrder.LARGEST_WINDOW
-"""Frames of which the answer is kept: as many as a sender can have in flight."""
 
 
 class FrameNode(ParameterNode):
@@ -38,9 +36,10 @@ class FrameNode(ParameterNode):
 
     def __init__(self, name: str, declarations: Iterable[Declaration]):
         super().__init__(name, declarations)
-        self._order = FrameOrder()
-        self._inputs = {}   # (wind, keyed values) by frame, of frames that may yet be served
-        self._answers = {}  # (index, answer) by stamp, of frames that may be asked for again
+        # What comes with a frame: its wind and keyed values.
+        self._server = FrameServer(Handlers(
+            self.is_ready, self._work, lambda stamp, answer: self.answer(stamp, answer),
+            self._restart))
         self._good = None   # values that the take's last frame was served with
         self._clash = ''    # why keyed values of the last frame could not be used
         # The network cannot deliver before it is spun, and it is spun only once all is ready.
@@ -128,41 +127,19 @@ class FrameNode(ParameterNode):
         wind: (3,) [m/s]; keyed: {name: value} of the node's own parameters at this frame; sender:
         identifies the publisher.
         """
-        arrival = self._order.arrive(frame, sender)
-        if arrival is Arrival.AGAIN:
-            self.answer_again(frame.stamp)
-            return
-        self._inputs[frame] = wind, keyed
-        self._inputs = {kept: self._inputs[kept] for kept in self._order.kept}
-        if arrival is Arrival.STALE:
-            return
-        if arrival is Arrival.RESTART:
-            self._answers.clear()
-            self._good = None
-            self.restart(min(self._order.waiting.values()))
-        self._answers = {stamp: kept for stamp, kept in self._answers.items()
-                         if kept[0] >= frame.oldest}
-        self.serve()
+        self._server.take_frame(frame, (wind, keyed), sender)
 
-    def serve(self) -> None:
-        """Serve the frames whose turn it is."""
-        while (frame := self._order.next_frame(self.is_ready)) is not None:
-            wind, keyed = self._inputs.pop(frame)
-            # A value set by a user takes effect from this frame on, unless it is keyed.
-            with self._stopwatch.measure('work'):
-                answer = self.work(frame, wind, self._merge(keyed))
-            self._answers[frame.stamp] = frame.index, answer
-            if len(self._answers) > MAX_ANSWERS:  # only a broken sender asks for more
-                del self._answers[next(iter(self._answers))]
-            self._stopwatch.frames += 1
-            self.answer(frame.stamp, answer)
+    def _restart(self, frame):
+        self._good = None
+        self.restart(frame)
 
-    def answer_again(self, stamp: int) -> bool:
-        """Publish the answer to a frame that was served; return whether it is still kept."""
-        kept = self._answers.get(stamp)
-        if kept is not None:
-            self.answer(stamp, kept[1])
-        return kept is not None
+    def _work(self, frame, came_with):
+        wind, keyed = came_with
+        # A value set by a user takes effect from this frame on, unless it is keyed.
+        with self._stopwatch.measure('work'):
+            answer = self.work(frame, wind, self._merge(keyed))
+        self._stopwatch.frames += 1
+        return answer
 
     def refuse(self, topic: str, error: ValueError) -> None:
         """Warn of a message that cannot be used."""

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-ROS domains for isolated graphs, each claimed for as long as it is in use.
+ROS domains in which a graph meets no other, each claimed for as long as it is in use.
 
 The ports of a domain begin at 7400 + 250 * domain (DDSI-RTPS 2.5, 9.6.2.3). Used are domains of
 whose ports Linux hands out none by itself (it has 32768 to 60999 for that), the rarest first.

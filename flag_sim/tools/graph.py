@@ -36,7 +36,7 @@ class NotReady(RuntimeError):
 
 class Graph:
     """
-    Nodes of this package, each a process, on this host alone and in a ROS domain of their own.
+    Nodes of this package, each a process, in a ROS domain of their own, looking only on this host.
 
     logs: folder for one log file a node. domain: one that the caller has claimed; None claims one
     on entering the `with` block. The processes are ended, by their ids, on leaving it.

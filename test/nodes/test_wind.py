@@ -108,6 +108,42 @@ def test_a_wrong_name_in_wait_for_can_be_mended_while_frames_wait(domain):
         assert [frame.index for frame, _ in bench.frames] == [0, 1, 2, 3]
 
 
+def test_steps_in_lockstep_respect_the_window(domain):
+    """They leave as frames are done; those that have not left end with the pause."""
+    with Bench(domain, 'pace:=lockstep', 'paused:=true', 'window:=2') as bench:
+        bench.step(20)
+        sent = 1  # until somebody has answered
+        for index in range(15):
+            assert [frame.index for frame, _ in bench.frames] == list(range(sent))
+            bench.hear('frame_done', messages.header(bench.frames[index][0].stamp, 'renderer'))
+            sent = index + 3
+        bench.put(paused=False)
+        bench.put(paused=True)
+        bench.hear('frame_done', messages.header(bench.frames[15][0].stamp, 'renderer'))
+        assert len(bench.frames) == sent
+
+
+def test_steps_in_real_time_keep_no_more_frames_than_the_window(domain):
+    """Nobody answers them."""
+    with Bench(domain, 'paused:=true', 'window:=3') as bench:
+        bench.step(100)
+        assert len(bench.frames) == 100 and len(bench.node._delivery) == 3
+
+
+def test_a_reset_is_not_put_off_by_the_next_one(domain, monkeypatch):
+    """Although a frame in flight is never done."""
+    now = [1000.0]
+    monkeypatch.setattr(time, 'monotonic', lambda: now[0])
+    with Bench(domain, 'pace:=lockstep', 'resend_after:=1.0') as bench:
+        bench.node._on_timer()
+        for _ in range(3):
+            bench.hear('reset', Empty())
+            now[0] += 0.6
+        bench.node._on_timer()
+        assert [frame.index for frame, _ in bench.frames] == [0, 0]
+        assert bench.frames[0][0].take < bench.frames[1][0].take
+
+
 KEYED = ('gust.intensity:=0.3', 'loop:=true', 'tracks:=[wind.speed, physics.gravity]',
          'keys.wind.speed.times:=[0.0, 0.21]', 'keys.wind.speed.values:=[3.1, 12.7]',
          'keys.physics.gravity.times:=[0.1]', 'keys.physics.gravity.values:=[5.0]')

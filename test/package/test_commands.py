@@ -22,6 +22,7 @@ from support.terminal import Terminal
 SETS_UP = 'downloads and builds; test_package builds a wheel, and CI sets up .venv'
 OTHERS = 'a program of another package'
 A_NAME = 'names a command in a sentence, without what it needs'
+SECURITY = 'needs a middleware with security, which the wheels are not'
 NOT_RUN = {
     'cd ~/ros2_ws/src && git clone <this repository> flag_sim && cd ..': SETS_UP,
     'pip install --user numba rosbags': SETS_UP,
@@ -33,6 +34,13 @@ NOT_RUN = {
     'export AMENT_PREFIX_PATH=$VIRTUAL_ENV': 'test_package looks for what ros2 would find there',
     'ros2 run rqt_image_view rqt_image_view camera/image_raw': OTHERS,
     'ros2 bag reindex my_bag': OTHERS,
+    'ros2 security create_keystore keys': OTHERS,
+    'ros2 security create_enclave keys /flag_sim/wind': OTHERS,
+    'ros2 security create_permission keys /flag_sim/wind config/sros2_policy.xml': OTHERS,
+    'export ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST': 'all tests have it',
+    'export ROS_SECURITY_ENABLE=true ROS_SECURITY_STRATEGY=Enforce '
+    'ROS_SECURITY_KEYSTORE=$PWD/keys': SECURITY,
+    'ros2 run flag_sim wind --ros-args --enclave /flag_sim/wind': SECURITY,
     'ros2 bag record': A_NAME,
     'ros2 bag play --loop': A_NAME,
     'ros2 bag': A_NAME,

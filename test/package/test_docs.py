@@ -63,6 +63,17 @@ def test_names_exist(page):
         assert (ROOT / f'config/{shot}.yaml').exists(), shot
 
 
+def test_every_fault_has_a_test():
+    """The tests that the table of faults names exist, and each line names one."""
+    lines = [line for line in text_of('docs/faults.md').splitlines() if '::' in line]
+    assert len(lines) > 10
+    for line in lines:
+        for path, name in re.findall(r'`(test/[\w/]+\.py)::(\w+)`', line):
+            assert re.search(rf'^(def|class) {name}\b', (ROOT / path).read_text(), re.M), name
+    rows = re.findall(r'^\| (?!fault|--)', text_of('docs/faults.md'), re.MULTILINE)
+    assert len(rows) == len(lines)
+
+
 def test_every_page_is_on_the_map():
     for page in PAGES[1:]:
         assert f']({page})' in text_of('README.md'), page

@@ -14,7 +14,7 @@
 
 """Frames in flight: who has done what, what is overdue, and who can be waited for."""
 from flag_sim.protocol.frames import FrameId
-from flag_sim.protocol.in_flight import FramesInFlight
+from flag_sim.protocol.in_flight import FramesInFlight, MOST_GIVEN_UP
 
 
 def frame(index):
@@ -110,3 +110,27 @@ def test_room_is_made_for_the_newest_frame():
     in_flight.done(300, 'a', 1.0)
     assert in_flight.make_room(3) == 0 and len(in_flight) == 1
     assert in_flight.make_room(1) == 1 and len(in_flight) == 0
+
+
+def test_answers_that_nobody_asked_for_hide_nobody():
+    """A stranger's, to frames that were never sent; a late one to a frame given up counts."""
+    in_flight = FramesInFlight()
+    in_flight.send(frame(1), 'message', ['a'], 0.0)
+    for stamp, name in ((0, 'a'), (999, 'a'), (100, 'stranger')):
+        assert not in_flight.done(stamp, name, 5.0)
+    assert in_flight.late(5.0, 1.0) == ['a']
+    in_flight.send(frame(2), 'message', ['a'], 5.0)
+    in_flight.give_up()
+    assert not in_flight.done(100, 'stranger', 6.0)
+    assert in_flight.late(6.0, 1.0) == ['a']
+    assert not in_flight.done(100, 'a', 6.0)
+    assert in_flight.late(6.0, 1.0) == []
+
+
+def test_no_more_than_the_latest_frames_given_up_are_remembered():
+    """However long nobody answers in real time."""
+    in_flight = FramesInFlight()
+    for index in range(3 * MOST_GIVEN_UP):
+        in_flight.make_room(3)
+        in_flight.send(frame(index), 'message', ['a'], 0.0)
+    assert len(in_flight) == 3 and len(in_flight._given_up) == MOST_GIVEN_UP

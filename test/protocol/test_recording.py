@@ -77,6 +77,34 @@ def test_takes_follow_one_another(begin, time):
     assert recording.time(begin) == time
 
 
+def test_a_recording_is_full_with_a_whole_take():
+    """A take that was reset does not count; one that goes on after another does."""
+    recording = Recording(['parameters'], 4)
+
+    def play(take, indices, sender='wind'):
+        for index in indices:
+            recording.follow(FrameId(index * FRAME, take, index, index), b'', sender)
+            record(recording, 'parameters', index * FRAME)
+    play(1, range(3))
+    assert recording.outstanding == 1
+    play(2, range(3))
+    assert not recording.has_all_frames and recording.outstanding == 1 and recording.complete == 6
+    play(3, range(1))
+    play(2, range(3, 4), 'other')
+    assert recording.has_all_frames and recording.takes == 4
+    record(recording, 'parameters', 99 * FRAME)
+    assert recording.in_take == 4
+
+
+def test_few_takes_are_remembered():
+    """However many resets there are."""
+    recording = Recording(['parameters'], 4)
+    for take in range(1, 100):
+        recording.follow(FrameId(0, take, 0, 0), b'', 'wind')
+        record(recording, 'parameters', 0)
+    assert len(recording._in_takes) == module.REMEMBERED_TAKES
+
+
 def test_a_late_copy_is_held_back_until_it_is_known_to_be_none():
     """One alone is a copy; two in a row begin another round, and both are recorded."""
     recording = Recording(['parameters'])

@@ -150,7 +150,7 @@ def test_a_message_that_cannot_be_taken_stops_no_other_callback(domain, capfd, m
 
 
 def test_bytes_that_are_no_message_stop_no_node(tmp_path, domain):
-    """Sent by the middleware as they are, on all that it hears; a renderer draws the next frame."""
+    """Sent by the middleware as they are, on all that it hears; the next frame is drawn."""
     draw = random.Random(3)
     with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
         graph.start('renderer', '-p', 'width:=32', '-p', 'height:=24')

@@ -150,5 +150,5 @@ def test_frames_without_vertices_are_not_kept_for_ever(domain):
         renderer = Renderer()
         for index in range(500):
             renderer.take_frame(FrameId(index * 10**7, 1, index, index), None, {}, b'')
-        assert len(renderer._inputs) <= FrameOrder.LONGEST_QUEUE
+        assert len(renderer._server.inputs) <= FrameOrder.LONGEST_QUEUE
         renderer.destroy_node()
