@@ -38,7 +38,8 @@ WIND = (
     Declaration('autokey', False, 'what is set on any node becomes a key at the current time'),
     Declaration(
         'save_to', '',
-        'params file that holds the shot, keys and all nodes, after every change of it'),
+        'params file that holds the shot, keys and all nodes, after every change of it; while '
+        'running: a .yaml file in the folder that it had at the start, or else the working one'),
     Declaration('loop', False, 'after the last key or event, begin with the first again'),
     Declaration('snap_keys', False, 'keys and events count at the frame nearest to their time'),
     Declaration('events.names', [], 'events to announce on keyframe', item=str),

@@ -14,10 +14,10 @@
 
 """Checks of arrays of points that people give for a picture."""
 from flag_sim.parameters import checks
-
 import numpy as np
 
 MOST_SINGLE = float(np.finfo(np.float32).max)
+
 
 def numbers(name: str, value) -> np.ndarray:
     """

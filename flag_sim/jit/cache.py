@@ -17,16 +17,24 @@ Where the machine code of kernels is kept from one start to the next, and when i
 
 numba's own cache compares only the file that holds the kernel; here any edit of a module that may
 hold a kernel compiles all of them anew. The classes derived from are numba's, private to it.
+
+What is kept is loaded as a pickle, which may run any command. It is therefore kept only where
+nobody else can put a file: beside the package, which is trusted as much as the package itself;
+where the user says, by NUMBA_CACHE_DIR; or in a folder of this user's own. Without one, kernels
+are compiled at every start.
 """
+from collections.abc import Callable
+import contextlib
 import functools
 import hashlib
 import os
 from pathlib import Path
+import stat
 import tempfile
 
 from flag_sim.jit.compilers import PartLibrary
 import numba
-from numba.core.caching import FunctionCache
+from numba.core.caching import FunctionCache, NullCache
 from numba.core.compiler import compile_result
 
 PACKAGE = Path(__file__).resolve().parents[1]
@@ -45,6 +53,28 @@ def fingerprint() -> str:
     return digest.hexdigest()
 
 
+def make_private(folder: Path) -> None:
+    """
+    Make a folder into which nobody else can put a file; raise OSError where it is none.
+
+    It is ours, of mode 0700 and no link. Nobody but we and root can put another one in its place:
+    the folders that it is in are ours or root's, and closed to others or sticky, as /tmp is.
+    """
+    folder.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+    with contextlib.suppress(FileExistsError):
+        folder.mkdir(mode=0o700)
+    found = folder.lstat()
+    if (not stat.S_ISDIR(found.st_mode) or found.st_uid != os.geteuid()
+            or stat.S_IMODE(found.st_mode) != 0o700):
+        raise PermissionError(f'{folder} is not a folder of this user alone')
+    inner = folder.parent.resolve()
+    for parent in (inner, *inner.parents):
+        found = parent.stat()
+        is_open = found.st_mode & 0o022 and not found.st_mode & stat.S_ISVTX
+        if found.st_uid not in (0, os.geteuid()) or is_open:
+            raise PermissionError(f'others can put another folder in the place of {folder}')
+
+
 class _Locator:
     """
     Says where a kernel's machine code is kept and when it is out of date.
@@ -52,17 +82,23 @@ class _Locator:
     numba's own locators compare only the file that holds the kernel, and would go on running the
     old code of another kernel that it calls. And they give up where neither the package nor the
     home can be written. The interface is numba's.
+
+    is_trusted: of a folder that counts whoever has made it.
     """
 
-    def __init__(self, function, folder):
+    def __init__(self, function, folder, is_trusted):
         self._function = function
         self._folder = folder
+        self._is_trusted = is_trusted
 
     def get_cache_path(self):
         return str(self._folder)
 
     def ensure_cache_path(self):
-        self._folder.mkdir(parents=True, exist_ok=True)
+        if self._is_trusted:
+            self._folder.mkdir(parents=True, exist_ok=True)
+        else:
+            make_private(self._folder)
         tempfile.TemporaryFile(dir=self._folder).close()  # raises OSError if it may not be written
 
     def get_source_stamp(self):
@@ -75,13 +111,16 @@ class _Locator:
     def from_function(cls, function, path):
         """Return a locator with the first folder that can be written, or None."""
         path = Path(path).resolve()
-        name = '-'.join(['flag_sim', *path.relative_to(PACKAGE).parent.parts])
-        folders = [path.parent / '__pycache__', Path('~/.cache').expanduser() / name,
-                   Path(tempfile.gettempdir()) / f'{name}-{os.getuid()}']
+        name = '-'.join(['flag_sim', 'kernels', *path.relative_to(PACKAGE).parent.parts])
+        trusted = [path.parent / '__pycache__']
         if numba.config.CACHE_DIR:
-            folders.insert(0, Path(numba.config.CACHE_DIR) / name)
-        for folder in folders:
-            locator = cls(function, folder)
+            trusted.insert(0, Path(numba.config.CACHE_DIR) / name)
+        own = []
+        with contextlib.suppress(RuntimeError, OSError):  # no home; no temporary folder
+            own.append(Path('~/.cache').expanduser() / name)
+            own.append(Path(tempfile.gettempdir()) / f'{name}-{os.geteuid()}')
+        for folder in (*trusted, *own):
+            locator = cls(function, folder, folder in trusted)
             try:
                 locator.ensure_cache_path()
             except OSError:
@@ -144,3 +183,22 @@ class PartCache(KernelCache):
     """What other kernels copy of a kernel, on the disk."""
 
     _impl_class = _PartCacheImpl
+
+
+class NoKernelCache(NullCache):
+    """For a machine without a folder that can be trusted: every start compiles."""
+
+    def __init__(self, function):
+        self._name = function.__qualname__
+
+    def load_overload(self, sig, target_context):
+        del sig, target_context
+        _missed.append(self._name)
+
+
+def kernel_cache(kind: type[KernelCache], function: Callable) -> KernelCache | NoKernelCache:
+    """Return a cache of that kind for a kernel, if anything can be kept safely anywhere."""
+    try:
+        return kind(function)
+    except RuntimeError:  # of numba, without a locator
+        return NoKernelCache(function)

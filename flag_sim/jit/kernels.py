@@ -22,7 +22,7 @@ of 60 turns with and without it, on a machine that was busy).
 from collections.abc import Callable
 import functools
 
-from flag_sim.jit.cache import KernelCache, PartCache
+from flag_sim.jit.cache import kernel_cache, KernelCache, PartCache
 from flag_sim.jit.compilers import InnerCompiler, KernelCompiler, NoAliasCompiler, WideCompiler
 import numba
 
@@ -48,7 +48,7 @@ def kernel(function: Callable = None, **options) -> Callable:
                'no_cfunc_wrapper': True, 'pipeline_class': NoAliasCompiler, **options}
     dispatcher = numba.njit(function, **options)
     if is_kept:
-        dispatcher._cache = KernelCache(function)
+        dispatcher._cache = kernel_cache(KernelCache, function)
     _call_a_part(dispatcher, is_kept, options)
     return dispatcher
 
@@ -64,7 +64,7 @@ def _call_a_part(dispatcher, is_kept, options):
     def part():
         variant = numba.njit(dispatcher.py_func, no_cpython_wrapper=True, **options)
         if is_kept:
-            variant._cache = PartCache(dispatcher.py_func)
+            variant._cache = kernel_cache(PartCache, dispatcher.py_func)
         variant.add_overload = lambda one: variant.overloads.update({one.signature.args: one})
         return variant
     # What numba asks of a kernel that another one calls.

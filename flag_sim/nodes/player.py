@@ -54,6 +54,9 @@ class Player(ParameterNode):
             self._messages = recorded_frames(
                 self._messages, [name for name in self._out if TOPICS[name].every_frame])
         self._log = NodeLog(self)
+        if self._bag.is_unfinished:
+            self.get_logger().warning(f'{self.values["path"]} is not finished: what is whole of '
+                                      'it is played')
         self._exit_status = 0
         self._next = self._read()
         self._start = None  # (steady time [s], time in the bag [ns]) of the first message

@@ -32,6 +32,8 @@ from flag_sim.ros.topics import publish, publishers, subscribe, TOPICS
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.serialization import deserialize_message
 
+CHECK = 0.5
+"""Between looks whether the bag is still there [s]."""
 LINGER = 3.0
 """
 How long a complete recording keeps answering while the wind is there [s].
@@ -71,6 +73,7 @@ class Recorder(ParameterNode):
             self._record(name)
         if 'parameters' not in self._topics:
             subscribe(self, 'parameters', self._refusing('parameters', self._answer), raw=True)
+        self.create_timer(CHECK, self._check)
         self._log.watch(self._lacking, lambda: self._stopwatch.frames)
         self.get_logger().info(f'recording {", ".join(self._topics)} into {path}')
 
@@ -140,25 +143,42 @@ class Recorder(ParameterNode):
 
     def _write(self, name, topic, data):
         """Write a message, if it is not there yet, and say when its frame is complete."""
+        if self.ended.done():
+            return
         stamp = serialized_stamp(data)
         placement = self._recording.place(name, stamp)
         if placement is Placement.ANSWER:
             self._answer_again(stamp)
-        if placement is not Placement.WRITE or self.ended.done():
+        if placement is not Placement.WRITE:
             return
         try:
             with self._stopwatch.measure('work'):
                 self._bag.write(topic, self._recording.time(stamp), data)
+                is_complete = self._recording.written(name, stamp)
+                if is_complete:
+                    self._bag.flush()  # done means that it outlives this process
         except OSError as error:
-            self.get_logger().error(
-                f'cannot write {self._bag.path}: {error}; the recording ends with '
-                f'{counted(self._stopwatch.frames, "frame")}')
-            self.ended.set_result(1)
+            self._fail(error)
             return
-        if self._recording.written(name, stamp):
+        if is_complete:
             self._stopwatch.frames += 1
             self._say_done(stamp)
             self._end_if_full()
+
+    def _check(self):
+        """Notice, while nothing comes to be written, that the bag is gone."""
+        if not self.ended.done():
+            try:
+                self._bag.check()
+            except OSError as error:
+                self._fail(error)
+
+    def _fail(self, error):
+        """Say that nothing more can be written, and end; no frame is answered any more."""
+        self.get_logger().error(
+            f'cannot write {self._bag.path}: {error}; the recording ends with '
+            f'{counted(self._stopwatch.frames, "frame")}')
+        self.ended.set_result(1)
 
     def _say_done(self, stamp):
         with self._stopwatch.measure('publish'):

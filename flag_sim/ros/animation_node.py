@@ -20,9 +20,10 @@ from flag_sim.animation.autokey import with_key
 from flag_sim.animation.timeline import Timeline
 from flag_sim.declarations.keyable import TARGETS
 from flag_sim.parameters.declaration import Declaration
-from flag_sim.parameters.params_file import check_path, save_parameters
+from flag_sim.parameters.params_file import (
+    check_path, check_within, save_parameters, start_folder)
 from flag_sim.protocol.throttled_log import Entry
-from flag_sim.ros.companions import Companions
+from flag_sim.ros.companions import COMPANIONS, Companions
 from flag_sim.ros.parameter_node import ParameterNode, to_parameter
 
 
@@ -48,6 +49,9 @@ class AnimationNode(ParameterNode):
         super().__init__(name, declarations, allow_undeclared_parameters=True)
         self.timeline = self._timeline_of(self.values)
         self._warn_of_keys()
+        self._save_folder = start_folder(self.values['save_to'])
+        self._file = None, None  # the path that was saved last, and which file it is
+        self._trouble = ''       # why the shot could not be saved, as it was said
         self._saved = None  # the companions that are in the file that was saved last
         self.companions = Companions(self, self._on_answer, self._on_change)
 
@@ -92,8 +96,14 @@ class AnimationNode(ParameterNode):
             return keys.accept_keys(name, value, TARGETS)
         value = super().accept(name, value)
         if name == 'save_to' and value:
-            check_path(value)
+            check_path(value, (self.get_name(), *COMPANIONS))
         return value
+
+    def accept_change(self, name: str, value: object) -> object:
+        """Accept of paths, while the node runs, only those in the folder that it started with."""
+        if name == 'save_to' and isinstance(value, str) and value not in ('', self.values[name]):
+            check_within(value, self._save_folder)
+        return super().accept_change(name, value)
 
     def item_of(self, name: str) -> type:
         """Return the type of what a list of keys holds; of others as they are declared."""
@@ -127,11 +137,17 @@ class AnimationNode(ParameterNode):
         others, lacking = self.companions.settings(
             keys.values_at(self.timeline, 0.0, TARGETS))
         self._saved = set(others)
+        path = self.values['save_to']
         try:
-            save_parameters(self.values['save_to'], self.get_fully_qualified_name(), self.values,
-                            others, lacking)
-        except OSError as error:
-            self._log.error(f'cannot save {self.values["save_to"]}: {error}')
+            self._file = path, save_parameters(
+                path, self.get_fully_qualified_name(), self.values, others, lacking, COMPANIONS,
+                self._file[1] if self._file[0] == path else None)
+            trouble = ''
+        except (OSError, ValueError) as error:
+            trouble = f'cannot save {path}: {error}'
+        if trouble and trouble != self._trouble:  # once, however many changes follow
+            self._log.error(trouble, 'file')
+        self._trouble = trouble
 
     def _on_answer(self, companion):
         """Complete a file that was saved before this companion had sent its values."""

@@ -15,6 +15,7 @@
 """Bags, written and read by the rosbags library; the real rosbag2 reads and plays them too."""
 from collections.abc import Iterable, Iterator
 import contextlib
+import os
 from pathlib import Path
 import sqlite3
 
@@ -23,7 +24,7 @@ from flag_sim.ros.parameter_node import BadParameter
 from flag_sim.ros.topics import TOPICS
 
 try:
-    from rosbags.highlevel import AnyReader
+    from flag_sim.ros.bag_reader import BagReader
     from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
     from rosbags.rosbag2 import WriterError
     from rosbags.typesys import get_typestore, Stores
@@ -31,7 +32,8 @@ except ImportError:
     Writer = None
 
 
-NOTHING_KEPT = 'sqlite3 keeps nothing of a bag that is not finished'
+KEPT = 'what was said to be done is kept, and the player plays it'
+GONE = 'the folder is gone, and what was recorded with it'
 NO_ROSBAGS = "bags need rosbags: pip install 'flag_sim[record]'"
 
 
@@ -54,8 +56,9 @@ class Bag:
     A new bag at `path`; nothing that exists is overwritten.
 
     storage: 'mcap' or 'sqlite3'; compression: 'none' or 'zstd' (of the file's chunks, which every
-    reader understands; only mcap has it). A bag whose writer is killed keeps all but its last
-    chunk in mcap and nothing in sqlite3. Raises BadParameter where it cannot be opened.
+    reader understands; only mcap has it). A bag whose writer is killed keeps all that was written
+    before the last `flush`, and `RecordedTopics` reads it. Raises BadParameter where it cannot be
+    opened.
     """
 
     def __init__(self, path: str, storage: str, compression: str):
@@ -66,6 +69,7 @@ class Bag:
         self.path = expanded(path)
         self._storage = storage
         self._is_aborted = False
+        self._whole = 0  # bytes of the file at the last flush
         self._types = get_typestore(Stores.ROS2_KILTED)
         self._connections = {}
         try:
@@ -74,6 +78,12 @@ class Bag:
             if compression == 'zstd':
                 self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
             self._writer.open()
+            self._file = self._writer.storage.path
+            if storage == 'sqlite3':
+                # To wait for the disk at every flush took 30 ms. The system has all of it either
+                # way, and keeps it whatever becomes of this process.
+                self._writer.storage.conn.execute('PRAGMA synchronous = OFF')
+            self._identity = _identity(self._file)
         except (WriterError, OSError, sqlite3.Error) as error:
             raise BadParameter(f'path {self.path}: {error}') from None
 
@@ -83,12 +93,41 @@ class Bag:
             topic, type_name(message_type), typestore=self._types)
 
     def write(self, topic: str, time: int, data: bytes) -> None:
-        """Write a serialised message at `time` [ns]; raises OSError where the disk is full."""
-        try:
+        """
+        Write a serialised message at `time` [ns].
+
+        Raises OSError where the disk is full or the bag is gone; then it ends as it was at the
+        last flush.
+        """
+        with self._ending():
             self._writer.write(self._connections[topic], time, data)
-        except sqlite3.Error as error:  # what was written before is rolled back
+
+    def flush(self) -> None:
+        """Hand all that was written to the system, which keeps it if this process is killed."""
+        with self._ending():
+            storage = self._writer.storage
+            if self._storage == 'sqlite3':
+                storage.conn.commit()
+                return
+            if storage.chunk.bio.tell():
+                storage.close_chunk()
+            storage.bio.flush()
+            self._whole = storage.bio.tell()
+
+    def check(self) -> None:
+        """Raise OSError if the file that is written to is no longer in its place."""
+        if _identity(self._file) != self._identity:
+            raise OSError(GONE)
+
+    @contextlib.contextmanager
+    def _ending(self):
+        """End the bag where it can be written no more, and raise OSError."""
+        try:
+            self.check()
+            yield
+        except (OSError, sqlite3.Error) as error:
             self._abort()
-            raise OSError(f'{error}; {NOTHING_KEPT}') from None
+            raise OSError(str(error)) from None
 
     def close(self) -> None:
         """
@@ -96,18 +135,15 @@ class Bag:
 
         Raises OSError, which says what helps, where the disk is full or the bag is gone.
         """
-        if not self.path.exists():
-            self._abort()
-            raise OSError('the folder is gone, and what was recorded with it')
         if self._is_aborted:
-            raise OSError(NOTHING_KEPT)
+            self.check()
+            raise OSError(KEPT)
+        self.flush()
         try:
-            self._writer.close()
-        except (OSError, sqlite3.Error) as error:
-            self._abort()
-            raise OSError(f'{error}; ' + (
-                f"'ros2 bag reindex {self.path}' can make it readable"
-                if self._storage == 'mcap' else NOTHING_KEPT)) from None
+            with self._ending():
+                self._writer.close()
+        except OSError as error:
+            raise OSError(f'{error}; {KEPT}') from None
 
     @property
     def size(self) -> int:
@@ -115,9 +151,21 @@ class Bag:
         return sum(file.stat().st_size for file in self.path.iterdir())
 
     def _abort(self):
+        """Leave the file as it was at the last flush: no record of it is cut off."""
         self._is_aborted = True
         with contextlib.suppress(OSError, sqlite3.Error):
             self._writer.abort()
+        if self._storage == 'mcap' and _identity(self._file) == self._identity:
+            with contextlib.suppress(OSError):
+                os.truncate(self._file, self._whole)
+
+
+def _identity(path):
+    """Return which file is at `path`, or None."""
+    with contextlib.suppress(OSError):
+        found = path.stat()
+        return found.st_dev, found.st_ino
+    return None
 
 
 class RecordedTopics:
@@ -125,7 +173,8 @@ class RecordedTopics:
     The package's own topics in a bag, whoever recorded it.
 
     names: {topic in the bag: its name in `topics.TOPICS`} of all that have its type; a namespace
-    before it makes no difference. Raises BadParameter where there is no bag that can be read.
+    before it makes no difference. is_unfinished: whether its recorder was killed: what is whole of
+    it is read. Raises BadParameter where there is no bag that can be read.
     """
 
     def __init__(self, path: str):
@@ -136,19 +185,13 @@ class RecordedTopics:
         path = expanded(path)
         if not path.exists():
             raise BadParameter(f'path: there is no bag {str(path)!r}')
-        if path.is_dir() and not (path / 'metadata.yaml').exists():
-            raise BadParameter(
-                f'path: {str(path)!r} is not a finished bag: it has no metadata.yaml. If its '
-                f"recorder was killed, 'ros2 bag reindex {path}' helps: mcap has kept all but its "
-                'last chunk, sqlite3 nothing')
         self._path = path
         with self._readable():
-            self._reader = AnyReader([path])
-            self._reader.open()
-            types = {topic: info.msgtype for topic, info in sorted(self._reader.topics.items())}
-        self.names = {topic: name for topic, type_ in types.items() for name in TOPICS
-                      if topic.endswith('/' + name.lstrip('/'))
-                      and type_ == type_name(TOPICS[name].message)}
+            self._reader = BagReader(path)
+            self.is_unfinished = self._reader.is_unfinished
+            self.names = {topic: name for topic, type_ in self._reader.types.items()
+                          for name in TOPICS if topic.endswith('/' + name.lstrip('/'))
+                          and type_ == type_name(TOPICS[name].message)}
 
     def find(self, name: str) -> str:
         """
@@ -176,15 +219,14 @@ class RecordedTopics:
         bag is damaged.
         """
         topics = {self.find(name) for name in names}
-        wanted = [c for c in self._reader.connections if c.topic in topics]
-        messages = self._reader.messages(wanted)
+        messages = self._reader.messages(topics)
         while True:
             with self._readable():
                 message = next(messages, None)
             if message is None:
                 return
-            connection, at, data = message
-            yield self.names[connection.topic], at, bytes(data)
+            topic, at, data = message
+            yield self.names[topic], at, data
 
     @contextlib.contextmanager
     def _readable(self):
@@ -192,7 +234,7 @@ class RecordedTopics:
         try:
             yield
         except Exception as error:  # of YAML, of zstd, of MCAP, of SQLite, of the disk
-            reason = f'{type(error).__name__}: {error}'
+            reason = ' '.join(f'{type(error).__name__}: {error}'[:200].split())
             raise BadParameter(f'path {self._path}: cannot be read, {reason}') from None
 
     def close(self) -> None:

@@ -17,34 +17,25 @@ from collections.abc import Sequence
 import contextlib
 import ctypes
 import os
-from pathlib import Path
 import signal
 import socket
 import sys
 import threading
 
 from flag_sim.declarations.usage import asks_for_help, usage
-from flag_sim.parameters.config import config_path
-from flag_sim.parameters.file_targets import given_files, is_meant, keys_of
+from flag_sim.parameters.file_targets import given_files, is_meant, keys_in
 from flag_sim.protocol.notify import NotifySender
+from flag_sim.ros.dds_profile import set_dds_profile
 from flag_sim.ros.guard import spin_guarded
 from flag_sim.ros.parameter_node import BadParameter, ParameterNode
 import rclpy
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from rclpy.utilities import remove_ros_args
-import yaml
 
 
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # of glibc's malloc.h
 LARGEST_KEPT = 32 << 20  # the most that glibc takes [bytes]: an rgb8 image of 3840 x 2160 fits
-
-# Variables, and files in the working directory, by which users choose profiles or transports of
-# Fast DDS. A discovery server (ROS_DISCOVERY_SERVER) is no such choice: it goes with our profile.
-OWN_TRANSPORTS = (
-    'FASTDDS_DEFAULT_PROFILES_FILE', 'FASTRTPS_DEFAULT_PROFILES_FILE',
-    'FASTDDS_BUILTIN_TRANSPORTS', 'FASTDDS_ENVIRONMENT_FILE', 'ROS2_EASY_MODE')
-OWN_PROFILES = 'DEFAULT_FASTDDS_PROFILES.xml', 'DEFAULT_FASTRTPS_PROFILES.xml'
 
 NOTIFY_EVERY = 0.5  # how often the parent process is told how many frames were served [s]
 
@@ -64,21 +55,6 @@ def keep_memory() -> None:
         mallopt = ctypes.CDLL(None).mallopt
         mallopt(M_MMAP_THRESHOLD, LARGEST_KEPT)
         mallopt(M_TRIM_THRESHOLD, 2 * LARGEST_KEPT)
-
-
-def set_dds_profile() -> None:
-    """
-    Give Fast DDS the package's profile, unless the user has chosen how messages travel.
-
-    With its stock settings a large image fills the shared memory segment, and from then on small
-    reliable messages may never arrive: a run in lockstep stops for good within seconds.
-    """
-    if (os.environ.get('RMW_IMPLEMENTATION') or 'rmw_fastrtps_cpp') != 'rmw_fastrtps_cpp':
-        return
-    if (os.environ.get('RMW_FASTRTPS_USE_QOS_FROM_XML') != '1'
-            and not any(os.environ.get(name) for name in OWN_TRANSPORTS)
-            and not any(os.path.exists(name) for name in OWN_PROFILES)):
-        os.environ['FASTDDS_DEFAULT_PROFILES_FILE'] = str(config_path('fastdds.xml'))
 
 
 def run(node_class: type[ParameterNode], args: Sequence[str] | None = None) -> int:
@@ -151,7 +127,10 @@ def _report_unused_files(node, arguments):
     """Log which of the params files in `arguments` have nothing for the node."""
     name = node.get_fully_qualified_name()
     for path in given_files(arguments):
-        keys = keys_of(yaml.safe_load(Path(path).read_text()))
+        try:
+            keys = keys_in(path)
+        except (OSError, ValueError):
+            continue  # a pipe, which was read; or what rclpy alone can read
         if any(is_meant(key, name) for key in keys):
             continue
         text = (f'nothing in {path} is meant for {name}; it has parameters for '

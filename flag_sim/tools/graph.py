@@ -56,15 +56,19 @@ class Graph:
         return {**os.environ, 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
                 'ROS_DOMAIN_ID': str(self.domain)}
 
+    def prefix(self, name: str) -> list[str]:
+        """Return what is to stand before the command of a node: nothing, on this host."""
+        return []
+
     def start(self, node: str, *arguments: str, name: str | None = None) -> subprocess.Popen:
         """Start a node with `--ros-args` arguments; return its process, which is not ready yet."""
         name = name or node
         receiver = self._receivers[name] = NotifyReceiver()
         self._cleanup.callback(receiver.close)
         log = self._cleanup.enter_context(open(self.logs / f'{name}.log', 'w'))
-        command = [sys.executable, '-m', f'flag_sim.nodes.{node}', '--ros-args', *arguments]
         self.processes[name] = subprocess.Popen(
-            command, stdout=log, stderr=subprocess.STDOUT,
+            [*self.prefix(name), sys.executable, '-m', f'flag_sim.nodes.{node}', '--ros-args',
+             *arguments], stdout=log, stderr=subprocess.STDOUT,
             env={**self.environment, 'NOTIFY_SOCKET': receiver.address})
         return self.processes[name]
 

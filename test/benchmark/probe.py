@@ -18,7 +18,8 @@ import time
 from flag_sim.protocol.cdr import serialized_stamp
 from flag_sim.ros import messages
 from flag_sim.ros.bag import RecordedTopics
-from flag_sim.ros.lifecycle import keep_memory, set_dds_profile
+from flag_sim.ros.dds_profile import set_dds_profile
+from flag_sim.ros.lifecycle import keep_memory
 from flag_sim.ros.topics import publish, subscribe
 import numpy as np
 import rclpy

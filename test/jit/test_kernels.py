@@ -17,8 +17,10 @@ import importlib
 import json
 import os
 from pathlib import Path
+import pickle
 import pkgutil
 import shutil
+import stat
 import subprocess
 import sys
 
@@ -211,3 +213,57 @@ def test_code_is_kept_where_neither_package_nor_home_can_be_written(copy, tmp_pa
     assert hits == 0
     assert list((tmp_path / 'temporary').rglob('*.nbi'))
     assert use(copy, **places) == (first, 1)
+
+
+def blocked(copy, tmp_path):
+    """Return the environment in which only the folder for temporary files can be written."""
+    for folder in ('', 'cloth'):
+        (copy / 'flag_sim' / folder / '__pycache__').write_text('in the way of a folder')
+    (tmp_path / 'temporary').mkdir()
+    return {'HOME': '/proc/nowhere', 'TMPDIR': str(tmp_path / 'temporary')}
+
+
+def planted(name, real):
+    """Let what a stranger has planted be read, were it read: it leaves a file behind."""
+    class Planted:
+
+        def __reduce__(self):
+            return os.system, (f'touch {real}',)
+    return pickle.dumps(name) + pickle.dumps(Planted())
+
+
+@pytest.mark.parametrize('kind', ['open', 'readable', 'link', 'parent'])
+def test_code_in_a_folder_that_is_not_ours_alone_is_never_read(copy, tmp_path, kind):
+    """It is a pickle, which may run any command: without a safe folder nothing is kept."""
+    places = blocked(copy, tmp_path)
+    temporary = tmp_path / 'temporary'
+    result, _ = use(copy, **places)
+    folders = list(temporary.iterdir())
+    assert folders and all(stat.S_IMODE(folder.stat().st_mode) == 0o700 for folder in folders)
+    for folder in folders:
+        for index in folder.glob('*.nbi'):
+            version = pickle.loads(index.read_bytes())
+            index.write_bytes(planted(version, tmp_path / 'ran'))
+        if kind == 'link':
+            folder.rename(tmp_path / folder.name)
+            folder.symlink_to(tmp_path / folder.name)
+        elif kind != 'parent':
+            folder.chmod(0o777 if kind == 'open' else 0o750)
+    if kind == 'parent':  # as it is without the sticky bit
+        temporary.chmod(0o777)
+    before = sorted(tmp_path.rglob('*.nb?'))
+    assert use(copy, **places) == (result, 0)
+    assert not (tmp_path / 'ran').exists()
+    assert sorted(tmp_path.rglob('*.nb?')) == before
+
+
+def test_a_folder_in_the_home_is_ours_alone(copy, tmp_path):
+    """It is made so, whatever the umask; and used again."""
+    places = {**blocked(copy, tmp_path), 'HOME': str(tmp_path / 'home')}
+    (tmp_path / 'home').mkdir()
+    first, hits = use(copy, **places)
+    assert hits == 0
+    assert {stat.S_IMODE(folder.stat().st_mode)
+            for folder in (tmp_path / 'home' / '.cache').iterdir()} == {0o700}
+    assert use(copy, **places) == (first, 1)
+    assert not list((tmp_path / 'temporary').iterdir())

@@ -22,18 +22,16 @@ from flag_sim.protocol.cdr import serialized_stamp
 from flag_sim.protocol.frames import FrameId
 from flag_sim.protocol.recording import TAKE_GAP
 from flag_sim.ros import messages
-from flag_sim.ros.bag import Bag, RecordedTopics
-from flag_sim.ros.parameter_node import BadParameter
+from flag_sim.ros.bag import Bag
 from flag_sim.tools.graph import Graph
 import numpy as np
 import pytest
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.serialization import serialize_message
-from sensor_msgs.msg import Image
+from support.bags import FRAME, images_bag, recorded
 from support.frames import parameters_message
 from support.watch import eventually, Watcher
 
-FRAME = 10**9 // 25  # [ns]
 ZSTD_MAGIC = b'\x28\xb5\x2f\xfd'  # RFC 8878, 3.1.1
 
 
@@ -51,15 +49,6 @@ def parameters_bag(path, take=1, frames=3):
         bag.write('/parameters', index * FRAME, serialize_message(frame(take, index)))
     bag.close()
     return path
-
-
-def recorded(path, name):
-    """Return [(name, time in the bag [ns], serialised message)] of a topic."""
-    bag = RecordedTopics(path)
-    try:
-        return list(bag.messages([name]))
-    finally:
-        bag.close()
 
 
 def test_an_older_take_of_another_sender_is_recorded(tmp_path, domain):
@@ -161,7 +150,7 @@ def test_takes_follow_one_another_wherever_their_stamps_begin(tmp_path, domain):
 
 
 def test_a_full_disk_ends_sqlite_with_a_clear_error(tmp_path, domain):
-    """As it does mcap (test_lifecycle), but nothing is kept, and that is said."""
+    """As it does mcap (test_lifecycle); what was answered as done is kept, and that is said."""
     limit = 3_000_000  # bytes; an image has 1,000,000 and sqlite keeps 2 MB in memory
     hard = resource.getrlimit(resource.RLIMIT_FSIZE)[1]
     with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
@@ -175,8 +164,9 @@ def test_a_full_disk_ends_sqlite_with_a_clear_error(tmp_path, domain):
                    or recorder.poll() is not None, watcher)
         said = graph.log('recorder')
         assert recorder.poll() == 1, said
-        assert 'cannot write' in said and 'sqlite3 keeps nothing' in said
+        assert 'cannot write' in said and 'what was said to be done is kept' in said
         assert 'Traceback' not in said and 'MB' not in said
+    assert recorded(tmp_path / 'bag', 'camera/image_raw')
 
 
 @pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
@@ -188,9 +178,9 @@ def test_a_missing_folder_is_an_error(tmp_path, domain, storage):
                     '-p', f'storage:={storage}')
         eventually(lambda: out.publish(frame(1, 0)) or done, watcher)
         shutil.rmtree(tmp_path / 'bag')
-        assert graph.end('recorder') == 1
+        assert graph.wait('recorder', 30.0) == 1  # at once, although nothing comes
         said = graph.log('recorder')
-        assert 'cannot finish' in said and 'the folder is gone' in said
+        assert 'cannot write' in said and 'cannot finish' in said and 'the folder is gone' in said
         assert 'MB' not in said and 'reindex' not in said and 'Traceback' not in said
     assert not (tmp_path / 'bag').exists()
 
@@ -220,18 +210,6 @@ def play(graph, path, *arguments):
     return status, graph.log('player')
 
 
-def images_bag(path, images, compression='zstd'):
-    """Make a bag of images of 1.2 MB, one to a chunk; return its one mcap file."""
-    bag = Bag(path, 'mcap', compression)
-    bag.add_topic('/camera/image_raw', Image)
-    noise = np.random.default_rng(1).integers(0, 256, (400, 1000, 3), np.uint8)
-    for index in range(images):
-        bag.write('/camera/image_raw', index * FRAME,
-                  serialize_message(messages.image_message(index * FRAME, noise)))
-    bag.close()
-    return next(path.glob('*.mcap'))
-
-
 @pytest.mark.parametrize(('whole', 'said'), [
     (0, 'nothing after 0 messages'), (2, 'nothing after 2 messages')])
 def test_a_damaged_chunk_ends_the_playing(tmp_path, domain, whole, said):
@@ -248,33 +226,24 @@ def test_a_damaged_chunk_ends_the_playing(tmp_path, domain, whole, said):
     assert f'path {tmp_path / "bag"}: cannot be read' in log and said in log
 
 
-@pytest.mark.parametrize('content', [
-    b'\xff\xfe\x00', b'rosbag2: [', b'', b'rosbag2_bagfile_information: {version: nine}'])
-def test_invalid_metadata_is_refused(tmp_path, content):
-    """Whatever a parser says of it, the bag and the reason are named."""
-    images_bag(tmp_path / 'bag', 1)
-    (tmp_path / 'bag' / 'metadata.yaml').write_bytes(content)
-    with pytest.raises(BadParameter, match=f'path {tmp_path / "bag"}: cannot be read, '):
-        RecordedTopics(tmp_path / 'bag')
-
-
-def test_an_invalid_number_in_the_metadata_is_refused(tmp_path):
-    """Where the library meets it only after it has opened the bag."""
-    images_bag(tmp_path / 'bag', 1)
-    metadata = tmp_path / 'bag' / 'metadata.yaml'
-    metadata.write_text(metadata.read_text().replace('message_count: 1', 'message_count: one'))
-    with pytest.raises(BadParameter, match=f'path {tmp_path / "bag"}: cannot be read, TypeError'):
-        RecordedTopics(tmp_path / 'bag')
-
-
-def test_a_bag_whose_recorder_was_killed_says_what_helps(tmp_path):
-    """It lacks the metadata that are written last."""
-    images_bag(tmp_path / 'bag', 1)
-    (tmp_path / 'bag' / 'metadata.yaml').unlink()
-    bag = tmp_path / 'bag'
-    helps = f"'{bag}' is not a finished bag.* 'ros2 bag reindex {bag}' helps: mcap has kept"
-    with pytest.raises(BadParameter, match=helps):
-        RecordedTopics(bag)
+@pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
+def test_what_was_done_outlives_a_killed_recorder(tmp_path, domain, storage):
+    """Every answer is true: the player finds the frame, without any other tool."""
+    with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
+        out, done = watcher.publisher('parameters'), watcher.listen('frame_done')
+        recorder = graph.start('recorder', '-p', f'path:={tmp_path / "bag"}',
+                               '-p', 'topics:=[parameters]', '-p', f'storage:={storage}')
+        indices = itertools.count()
+        eventually(lambda: out.publish(frame(1, next(indices))) or len(done) > 5, watcher)
+        recorder.kill()
+        recorder.wait()
+        for _ in range(5):  # answers that were on their way
+            watcher.spin(0.1)
+        answered = {messages.to_stamp(header.stamp) for header in done}
+        kept = {serialized_stamp(data) for _, _, data in recorded(tmp_path / 'bag', 'parameters')}
+        assert len(answered) > 5 and answered <= kept
+        status, log = play(graph, tmp_path / 'bag', '-p', 'rate:=1000.0')
+    assert status == 0 and 'is not finished: what is whole of it is played' in log
 
 
 def test_lockstep_plays_on_after_bytes_without_a_stamp(tmp_path, domain):

@@ -13,8 +13,14 @@
 # limitations under the License.
 
 """What save_to writes is the whole shot: the wind's keys, and what other nodes are set to."""
+import stat
+
+from flag_sim.nodes.wind import Wind
 from flag_sim.tools.graph import Graph
+import pytest
 from rcl_interfaces.msg import Parameter as ParameterMessage, ParameterEvent, ParameterValue
+import rclpy
+from rclpy.parameter import Parameter
 from support.watch import eventually, Watcher
 import yaml
 
@@ -78,3 +84,68 @@ def test_invalid_values_of_companions_are_not_saved(tmp_path, domain):
         eventually(saved.exists, watcher)
         assert content_of(saved, '/**/physics') == {}
         assert 'no physics was found' in saved.read_text()
+
+
+def set_to(node, **values):
+    """Set parameters of a node, as the service does; return whether it did, and the reason."""
+    results = node.set_parameters([Parameter(name, value=value) for name, value in values.items()])
+    return all(result.successful for result in results), results[0].reason
+
+
+@pytest.mark.parametrize('start', ['', 'shot.yaml'])
+def test_who_reaches_the_node_can_name_a_params_file_in_its_folder_alone(
+        tmp_path, domain, monkeypatch, start):
+    """No other file is written, replaced, widened or reached by a link."""
+    home, folder = tmp_path / 'home', tmp_path / 'folder'
+    for made in (home, folder):
+        made.mkdir()
+    key = 'ssh-ed25519 AAAA me@home\n'
+    for name in ('authorized_keys', 'notes.yaml'):
+        for made in (home, folder):
+            (made / name).write_text(key)
+            (made / name).chmod(0o600)
+    (folder / 'link.yaml').symlink_to(home / 'new.yaml')
+    (folder / 'out').symlink_to(home)
+    monkeypatch.chdir(folder if not start else home)
+    given = ['--ros-args', '-p', 'paused:=true']
+    given += ['-p', f'save_to:={folder / start}'] if start else []
+    with rclpy.init(domain_id=domain, args=given):
+        node = Wind()
+        for path in (home / 'authorized_keys', home / 'new.yaml', folder / 'authorized_keys',
+                     folder / 'notes.yaml', folder / 'link.yaml', folder / 'out' / 'new.yaml',
+                     folder / '.profile', folder / 'new', folder / ('x' * 300 + '.yaml'),
+                     folder / 'a\0.yaml', folder):
+            done, reason = set_to(node, save_to=str(path))
+            assert not done and reason.startswith('save_to'), path
+            done, _ = set_to(node, **{'events.names': [], 'speed': 7.0})
+            assert done
+        before = {file.name for file in folder.iterdir()}
+        assert before - {'shot.yaml'} == {'authorized_keys', 'notes.yaml', 'link.yaml', 'out'}
+        assert {file.name for file in home.iterdir()} == {'authorized_keys', 'notes.yaml'}
+        for made in (home, folder):
+            assert (made / 'notes.yaml').read_text() == key
+            assert stat.S_IMODE((made / 'notes.yaml').stat().st_mode) == 0o600
+        assert set_to(node, save_to=str(folder / 'good.yaml')) == (True, '')
+        assert set_to(node, speed=8.0)[0]
+        assert content_of(folder / 'good.yaml', '/**/wind')['speed'] == 8.0
+        assert set_to(node, save_to='')[0]
+        node.destroy_node()
+
+
+def test_what_was_put_in_the_place_of_the_file_stays(tmp_path, domain, capfd):
+    """The node says so once, however many changes follow, and goes on."""
+    path = tmp_path / 'shot.yaml'
+    with rclpy.init(domain_id=domain, args=['--ros-args', '-p', f'save_to:={path}']):
+        node = Wind()
+        assert set_to(node, speed=7.0)[0]
+        assert content_of(path, '/**/wind')['speed'] == 7.0
+        path.unlink()
+        path.write_text('precious')
+        for number in range(20):
+            assert set_to(node, speed=8.0 + 0.1 * number)[0]
+        assert path.read_text() == 'precious'
+        path.unlink()
+        assert set_to(node, speed=7.5)[0]
+        assert content_of(path, '/**/wind')['speed'] == 7.5
+        node.destroy_node()
+    assert capfd.readouterr().err.count('cannot save') == 1

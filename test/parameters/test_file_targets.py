@@ -13,8 +13,11 @@
 # limitations under the License.
 
 """Params files: shipped ones count in any namespace, and one that means nobody is told of."""
+import os
+
+from flag_sim.parameters import file_targets
 from flag_sim.parameters.config import config_path
-from flag_sim.parameters.file_targets import given_files, is_meant, keys_of
+from flag_sim.parameters.file_targets import given_files, is_meant, keys_in
 from flag_sim.tools.graph import Graph
 import pytest
 import rclpy
@@ -43,13 +46,45 @@ def test_a_key_is_meant_for_a_node_as_rclpy_has_it(tmp_path, domain, namespace):
     rclpy.shutdown(context=context)
 
 
-def test_keys_may_be_nested():
+def keys_of(path, content):
+    """Return the keys in a file of that content."""
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return keys_in(path)
+
+
+def test_keys_may_be_nested(tmp_path):
     """As namespaces that hold nodes; and a file may hold nothing."""
-    assert keys_of(yaml.safe_load('/cam1: {wind: {ros__parameters: {}}, b: {c: {}}}')) == [
-        '/cam1/wind']
-    assert keys_of(None) == []
+    path = tmp_path / 'x.yaml'
+    assert keys_of(path, '/cam1: {wind: {ros__parameters: {"": [[1], {a: 2}], b: }}, '
+                         'b: {c: {}}}\n/b: {ros__parameters: {ros__parameters: {}}}') == [
+        '/cam1/wind', '/b']
+    assert keys_of(path, '') == []
     assert given_files(['x', '--ros-args', '--params-file', 'a', '-r', 'b:=c', '--params-file',
                         'd']) == ['a', 'd']
+
+
+@pytest.mark.parametrize(('content', 'said'), [
+    ('ssh-ed25519 AAAA me@home\n', 'holds something else'), ('a: {b: 1}', 'holds something else'),
+    ('a: [{ros__parameters: {}}]', 'holds something else'), ('{[a]: {}}', 'a key is not a text'),
+    ('a: &a {b: *a}', 'has an alias'), ('a: ' * 100, 'holds something else'),
+    ('{a: ' * 100 + '}' * 100, 'more than 64 levels'),
+    ('a: {ros__parameters: ' + '[' * 10**5, 'not YAML|levels'),
+    (b'\xff\xfe\x00', 'not YAML'), (b'\x00', 'not YAML')])
+def test_what_is_no_params_file_is_refused(tmp_path, content, said):
+    """In a line, whatever it is; nothing is made of its content."""
+    with pytest.raises(ValueError, match=said) as refused:
+        keys_of(tmp_path / 'x.yaml', content)
+    assert len(str(refused.value)) < 300 + len(str(tmp_path))
+
+
+def test_a_params_file_is_a_file_of_bounded_size(tmp_path, monkeypatch):
+    """A pipe that nobody writes to is not waited for."""
+    os.mkfifo(tmp_path / 'pipe')
+    with pytest.raises(ValueError, match='is not a file'):
+        keys_in(tmp_path / 'pipe')
+    monkeypatch.setattr(file_targets, 'LARGEST', 3)
+    with pytest.raises(ValueError, match='larger than'):
+        keys_of(tmp_path / 'x.yaml', 'a: {}')
 
 
 def test_a_shot_counts_in_a_namespace(tmp_path, domain):

@@ -13,7 +13,12 @@
 # limitations under the License.
 
 """Params files as they are saved: whole or not at all."""
-from flag_sim.parameters.params_file import check_path, save_parameters
+import os
+from pathlib import Path
+import stat
+
+from flag_sim.parameters.params_file import (
+    check_path, check_within, save_parameters, start_folder)
 import pytest
 from support.tracks import wind_values
 import yaml
@@ -69,3 +74,104 @@ def test_a_path_that_cannot_be_written_is_refused(tmp_path):
         check_path(tmp_path / 'none' / 'shot.yaml')
     with pytest.raises(ValueError, match='is a folder'):
         check_path(tmp_path)
+
+
+KNOWN = ('wind', 'physics', 'renderer')
+
+
+@pytest.mark.parametrize('content', [
+    'ssh-ed25519 AAAA me@home', '', 'a: 1', '/**/robot: {ros__parameters: {speed: 1.0}}',
+    '/**/wind: {ros__parameters: {speed: 1.0}}\nrobot: {ros__parameters: {speed: 1.0}}'])
+def test_a_file_of_another_kind_is_never_replaced(tmp_path, content):
+    """Nor one that holds what would be lost; not even where it came after the check."""
+    path = tmp_path / 'x.yaml'
+    path.write_text(content)
+    with pytest.raises(ValueError, match='is not a params file of wind alone'):
+        check_path(path, KNOWN)
+    with pytest.raises(ValueError, match='is not a params file of wind alone'):
+        save_parameters(path, '/a/wind', {'speed': 1.0}, known=KNOWN)
+    assert path.read_text() == content
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize('mode', [0o600, 0o640, 0o444])
+def test_a_file_keeps_its_mode(tmp_path, mode):
+    """Nobody else can read what was closed to others; a new one is as the umask has it."""
+    path = tmp_path / 'x.yaml'
+    before = os.umask(0o027)
+    try:
+        save_parameters(path, '/wind', {'speed': 1.0})
+        assert stat.S_IMODE(path.stat().st_mode) == 0o640
+        path.chmod(mode)
+        save_parameters(path, '/wind', {'speed': 2.0})
+    finally:
+        os.umask(before)
+    assert stat.S_IMODE(path.stat().st_mode) == mode
+    assert yaml.safe_load(path.read_text())['/**/wind']['ros__parameters'] == {'speed': 2.0}
+
+
+def test_no_link_is_followed(tmp_path):
+    """Neither one at the path, dangling or not, nor at any name that can be foreseen."""
+    other = tmp_path / 'other'
+    other.mkdir()
+    save_parameters(other / 'mine.yaml', '/wind', {'speed': 1.0})
+    before = (other / 'mine.yaml').read_text()
+    path = tmp_path / 'x.yaml'
+    for target in (other / 'mine.yaml', other / 'new.yaml'):
+        path.symlink_to(target)
+        with pytest.raises(ValueError, match='is a link'):
+            check_path(path)
+        with pytest.raises(ValueError, match='is a link'):
+            save_parameters(path, '/wind', {'speed': 2.0})
+        path.unlink()
+    for name in (f'.x.yaml-{os.getpid()}', '.x.yaml', '.x.yaml~', 'x.yaml.tmp'):
+        (tmp_path / name).symlink_to(other / 'mine.yaml')
+    save_parameters(path, '/wind', {'speed': 2.0})
+    assert (other / 'mine.yaml').read_text() == before
+    assert [file.name for file in other.iterdir()] == ['mine.yaml']
+
+
+def test_a_file_that_was_written_is_known_again(tmp_path, monkeypatch):
+    """It is not read at every change; one that somebody put in its place is."""
+    path = tmp_path / 'x.yaml'
+    last = save_parameters(path, '/wind', {'speed': 1.0})
+    with monkeypatch.context() as patched:
+        patched.delattr('flag_sim.parameters.params_file.keys_in')
+        last = save_parameters(path, '/wind', {'speed': 2.0}, last=last)
+    path.write_text('precious')
+    with pytest.raises(ValueError, match='it is not replaced'):
+        save_parameters(path, '/wind', {'speed': 3.0}, last=last)
+    assert path.read_text() == 'precious'
+
+
+@pytest.mark.parametrize('name', [
+    '../x.yaml', 'sub/x.yaml', 'sub/../../x.yaml', 'link/x.yaml', '/etc/x.yaml', 'loop/x.yaml',
+    '.x.yaml', '.yaml', 'authorized_keys', 'x' * 5000 + '.yaml', 'x\0.yaml', '..',
+    'x.yaml/y.yaml', '/nowhere/x.yaml'])
+def test_while_running_only_one_folder_counts(tmp_path, monkeypatch, name):
+    """Of others not even their existence is told."""
+    folder = tmp_path / 'folder'
+    (folder / 'sub').mkdir(parents=True)
+    (folder / 'link').symlink_to(tmp_path)
+    (folder / 'loop').symlink_to(folder / 'loop')
+    monkeypatch.chdir(folder)
+    for good in ('x.yaml', './y.yml', str(folder / 'z.yaml'), 'sub/../x.yaml'):
+        check_within(good, folder)
+    with pytest.raises(ValueError, match=f'must be a .yaml file in {folder}'):
+        check_within(name, folder)
+
+
+def test_the_folder_is_that_of_the_start(tmp_path, monkeypatch):
+    """Of the path that was given then, or the working folder."""
+    monkeypatch.chdir(tmp_path)
+    assert start_folder('') == start_folder('x.yaml') == tmp_path
+    assert start_folder('/proc/x.yaml') == Path('/proc')
+
+
+@pytest.mark.parametrize('name', ['x' * 300, 'x' * 5000, 'x\0y', 'loop/x', 'file/x'])
+def test_a_path_that_is_none_is_refused(tmp_path, name):
+    """As a value, which ends no node."""
+    (tmp_path / 'loop').symlink_to(tmp_path / 'loop')
+    (tmp_path / 'file').write_text('')
+    with pytest.raises(ValueError):
+        check_path(tmp_path / name)

@@ -13,12 +13,14 @@
 # limitations under the License.
 
 """The profile that the nodes bring to Fast DDS, and that any choice of the user's wins over it."""
+import fcntl
 import os
+import socket
 import subprocess
 import sys
 
 from flag_sim.parameters.config import config_path
-from flag_sim.ros.lifecycle import set_dds_profile
+from flag_sim.ros.dds_profile import is_shm_shared, remove_dead_segments, set_dds_profile
 import pytest
 
 OURS = str(config_path('fastdds.xml'))
@@ -69,7 +71,7 @@ def test_a_profile_in_the_working_directory_wins(tmp_path, name):
 
 
 LARGEST_SEGMENT = """
-from flag_sim.ros.lifecycle import set_dds_profile
+from flag_sim.ros.dds_profile import set_dds_profile
 import os, re
 import rclpy
 set_dds_profile()
@@ -89,3 +91,53 @@ def test_what_is_chosen_is_what_fast_dds_does(domain, environment, is_ours):
         [sys.executable, '-c', LARGEST_SEGMENT], check=True, capture_output=True, text=True,
         env={**os.environ, 'ROS_DOMAIN_ID': str(domain), **environment})
     assert (int(done.stdout) > 20_000_000) == is_ours, done.stdout
+
+
+def test_segments_of_killed_processes_are_removed(tmp_path):
+    """What somebody holds, and what is none of Fast DDS's segments, stays."""
+    dead, alive, young, begun = (f'fastdds_{digit * 16}' for digit in '0abc')
+    stay = {alive, f'{alive}_el', young, f'{young}_el', begun, 'fastdds_port7000_el', 'mine'}
+    for name in (dead, f'{dead}_el', *stay):
+        (tmp_path / name).touch()
+        if young not in name:
+            os.utime(tmp_path / name, (1, 1))
+    with open(tmp_path / f'{alive}_el') as held:
+        fcntl.flock(held, fcntl.LOCK_EX)
+        remove_dead_segments(tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == stay
+
+
+KILLED = """
+from flag_sim.ros.dds_profile import set_dds_profile
+import os, re
+import rclpy
+set_dds_profile()
+rclpy.init()
+node = rclpy.create_node('n')
+maps = open('/proc/self/maps').read()
+print(*re.findall('(?m)/dev/shm/fastdds_[0-9a-f]{16}$', maps), flush=True)
+os.kill(os.getpid(), 9)
+"""
+
+
+def test_a_killed_node_leaves_nothing_for_long(domain):
+    """Its segment is gone once another node starts."""
+    done = subprocess.run([sys.executable, '-c', KILLED], capture_output=True, text=True,
+                          env={**os.environ, 'ROS_DOMAIN_ID': str(domain)})
+    left = set(done.stdout.split())
+    assert left
+    for name in left:
+        assert os.path.exists(name)
+        os.utime(f'{name}_el', (1, 1))
+    remove_dead_segments()
+    assert not any(os.path.exists(name) for name in left)
+
+
+def test_memory_is_shared_unless_somebody_says_otherwise(tmp_path):
+    """A claim on another folder, or on the same one, as from another container."""
+    assert is_shm_shared()
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as other:
+        other.bind('\0flag_sim/shm/1:1/1')
+        assert not is_shm_shared()
+    assert is_shm_shared()
+    assert not is_shm_shared(tmp_path / 'missing')

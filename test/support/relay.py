@@ -20,7 +20,7 @@ import random
 import threading
 import time
 
-from flag_sim.ros.lifecycle import set_dds_profile
+from flag_sim.ros.dds_profile import set_dds_profile
 from flag_sim.ros.topics import publish
 import rclpy
 from rclpy.context import Context

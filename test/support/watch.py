@@ -16,7 +16,7 @@
 import contextlib
 import time
 
-from flag_sim.ros.lifecycle import set_dds_profile
+from flag_sim.ros.dds_profile import set_dds_profile
 from flag_sim.ros.parameter_node import to_parameter
 from flag_sim.ros.topics import publish, subscribe
 import rclpy

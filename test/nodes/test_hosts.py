@@ -1,0 +1,60 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Lockstep across two hosts, over a network that loses and delays, loses no frame."""
+import time
+
+import pytest
+from support.hosts import HostsGraph, Network, why_not
+from support.shot import film, messages_of, stamp_of
+from support.soak import SOAK
+
+MISSING = why_not()
+pytestmark = pytest.mark.skipif(MISSING is not None, reason=f'no hosts: {MISSING}')
+soak = pytest.mark.skipif(not SOAK, reason='make soak tries every network')
+FRAMES = 200 if SOAK else 10
+
+
+def filmed(folder, network, **options):
+    """Film across a network; assert that every frame arrived; return the time it took [s]."""
+    with network, HostsGraph(folder / 'log', network, **options) as graph:
+        begin = time.monotonic()
+        status = film(graph, folder / 'bag', FRAMES, seconds=180.0)
+        took = time.monotonic() - begin
+        assert status == 0, graph.log('wind')
+    for topic in ('/camera/image_raw', '/camera/camera_info', '/vertices'):
+        stamps = [stamp_of(message) for _, message in messages_of(folder / 'bag', topic)]
+        assert stamps == [round(n * 1e9 / 30.0) for n in range(FRAMES)], topic
+    return took
+
+
+def test_every_frame_arrives_where_one_in_twenty_is_lost(tmp_path):
+    """Frames of Ethernet, that is; images and vertices cross in many of them."""
+    network = Network(loss=0.05)
+    filmed(tmp_path, network)
+    assert network.lost > 0.02 * network.passed > 0
+
+
+@soak
+@pytest.mark.parametrize('peers', [False, True])
+@pytest.mark.parametrize('loss, delay', [(0.0, 0.0), (0.05, 0.0), (0.0, 0.02), (0.05, 0.02)])
+def test_every_network(tmp_path, loss, delay, peers):
+    """Hosts find one another by multicast, or by the peers that they are given."""
+    took = filmed(tmp_path, Network(loss, delay), peers=peers)
+    print(f'loss {loss:.0%}, delay {delay} s, peers {peers}: {FRAMES} frames in {took:.1f} s')
+
+
+def test_containers_that_share_a_network_but_no_memory(tmp_path):
+    """Whoever comes second sees that shared memory does not lead to the first."""
+    filmed(tmp_path, Network(shared=True))

@@ -1,0 +1,128 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Bags that are finished, full, moved, killed in the middle or none."""
+import os
+import subprocess
+import sys
+
+from flag_sim.ros.bag import Bag, KEPT, RecordedTopics
+from flag_sim.ros.parameter_node import BadParameter
+import pytest
+from rcl_interfaces.msg import ParameterEvent
+from sensor_msgs.msg import Image
+from support.bags import images_bag, recorded
+
+
+@pytest.mark.parametrize('content', [
+    b'\xff\xfe\x00', b'rosbag2: [', b'', b'rosbag2_bagfile_information: {version: nine}'])
+def test_invalid_metadata_is_refused(tmp_path, content):
+    """Whatever a parser says of it, the bag and the reason are named."""
+    images_bag(tmp_path / 'bag', 1)
+    (tmp_path / 'bag' / 'metadata.yaml').write_bytes(content)
+    with pytest.raises(BadParameter, match=f'path {tmp_path / "bag"}: cannot be read, '):
+        RecordedTopics(tmp_path / 'bag')
+
+
+def test_an_invalid_number_in_the_metadata_is_refused(tmp_path):
+    """Where the library meets it only after it has opened the bag."""
+    images_bag(tmp_path / 'bag', 1)
+    metadata = tmp_path / 'bag' / 'metadata.yaml'
+    metadata.write_text(metadata.read_text().replace('message_count: 1', 'message_count: one'))
+    with pytest.raises(BadParameter, match=f'path {tmp_path / "bag"}: cannot be read, TypeError'):
+        RecordedTopics(tmp_path / 'bag')
+
+
+@pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
+def test_a_full_disk_leaves_whole_what_was_flushed(tmp_path, storage):
+    """No record is cut off; what was not answered may be lost."""
+    code = f"""
+import resource, signal
+from flag_sim.ros.bag import Bag
+from sensor_msgs.msg import Image
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, resource.RLIM_INFINITY))
+bag = Bag({str(tmp_path / 'bag')!r}, {storage!r}, 'none')
+bag.add_topic('/camera/image_raw', Image)
+try:
+    for done in range(100):
+        bag.write('/camera/image_raw', done, bytes(7000))
+        bag.flush()
+except OSError as error:
+    print(done)
+try:
+    bag.close()
+except OSError as error:
+    print(error)
+"""
+    said = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True)
+    done, error = said.stdout.splitlines()
+    assert error == KEPT and int(done) > 30, said.stderr
+    times = [at for _, at, _ in recorded(tmp_path / 'bag', 'camera/image_raw')]
+    assert times == list(range(int(done)))
+    if storage == 'mcap':
+        (file,) = (tmp_path / 'bag').iterdir()
+        data, end = file.read_bytes(), 8
+        while end < len(data):
+            end += 9 + int.from_bytes(data[end + 1:end + 9], 'little')
+        assert end == len(data)
+
+
+def test_a_bag_that_was_moved_or_replaced_is_gone(tmp_path):
+    """Nothing is written where nobody will look for it, and nothing over what is there now."""
+    bag = Bag(tmp_path / 'bag', 'mcap', 'none')
+    bag.add_topic('/camera/image_raw', Image)
+    bag.write('/camera/image_raw', 1, b'')
+    bag.check()
+    (tmp_path / 'bag').rename(tmp_path / 'other')
+    images_bag(tmp_path / 'bag', 1)
+    before = next((tmp_path / 'bag').glob('*.mcap')).read_bytes()
+    for call in (bag.check, bag.flush, bag.close):
+        with pytest.raises(OSError, match='the folder is gone'):
+            call()
+    assert next((tmp_path / 'bag').glob('*.mcap')).read_bytes() == before
+
+
+def test_the_order_of_a_bag_without_its_index_is_that_of_time(tmp_path):
+    """As with the index; what belongs together may be chunks apart."""
+    bag = Bag(tmp_path / 'bag', 'mcap', 'zstd')
+    bag.add_topic('/camera/image_raw', Image)
+    bag.add_topic('/parameters', ParameterEvent)
+    for at in (3, 1, 2, 6, 5, 4):
+        bag.write('/camera/image_raw' if at % 2 else '/parameters', at, bytes(at))
+        bag.flush()
+    bag.close()
+
+    def read():
+        reader = RecordedTopics(tmp_path / 'bag')
+        found = list(reader.messages(reader.names))
+        reader.close()
+        return reader.is_unfinished, found
+    is_unfinished, whole = read()
+    assert not is_unfinished and [at for _, at, _ in whole] == [1, 2, 3, 4, 5, 6]
+    (tmp_path / 'bag' / 'metadata.yaml').unlink()
+    assert read() == (True, whole)
+    (file,) = (tmp_path / 'bag').glob('*.mcap')
+    file.write_bytes(file.read_bytes()[:-20])
+    assert read() == (True, whole)
+
+
+def test_a_folder_without_a_bag_is_refused(tmp_path):
+    """In words."""
+    (tmp_path / 'bag').mkdir()
+    with pytest.raises(BadParameter, match='It has no metadata.yaml, and no file of mcap'):
+        RecordedTopics(tmp_path / 'bag')
+    os.mkfifo(tmp_path / 'bag' / 'x.mcap')
+    with pytest.raises(BadParameter, match='is not a file'):
+        RecordedTopics(tmp_path / 'bag')
