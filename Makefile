@@ -18,7 +18,8 @@ help:
 	@echo 'make demo   film config/$(SHOT).yaml into out/demo (another shot: make demo SHOT=name)'
 	@echo 'make test   run all tests, in WORKERS=$(WORKERS) processes'
 	@echo 'make soak   run 2000 random extremes of the cloth for each method that promises to bear them,'
-	@echo '            finer grids, statistics of more flights, and damaged files: half an hour'
+	@echo '            finer grids, statistics of more flights, damaged files, and 100000 hostile'
+	@echo '            inputs for the nodes: about three quarters of an hour'
 	@echo 'make bench  measure frames per second and the work on many keys, into out/bench*.json'
 	@echo 'make bench-cloth    move the cloth beside other programs, into out/bench-cloth.json'
 	@echo 'make bench-drawing  draw frames beside other programs, into out/bench-drawing.json'
@@ -42,7 +43,8 @@ test:
 soak:
 	@FLAG_SIM_EXTREMES=2000 FLAG_SIM_SOAK=1 FLAG_SIM_DAMAGED=5000 .venv/bin/python -m pytest -rsP \
 	test/cloth/test_conservation.py test/cloth/test_extremes.py test/cloth/test_refinement.py \
-	test/cloth/test_statistics.py test/nodes/test_damaged_files.py test/nodes/test_hosts.py
+	test/cloth/test_statistics.py test/nodes/test_damaged_files.py test/nodes/test_hosts.py \
+	test/nodes/test_fuzz.py
 
 bench:
 	@.venv/bin/python test/benchmark/pipeline.py

@@ -19,17 +19,18 @@ import math
 
 from flag_sim.animation.keys import key_name, read_timeline
 from flag_sim.animation.targets import Targets
-from flag_sim.animation.tracks import TURN
+from flag_sim.animation.tracks import Track, TURN
 
 ROUNDING = 1e-9
 """Rounding error of a direction after whole turns are subtracted and added again [rad]."""
 
 
 def with_key(values: Mapping, track: str, time: float, value: object, old: object, *,
-             reach: float, targets: Targets) -> dict[str, list]:
+             reach: float, targets: Targets, present: Track | None = None) -> dict[str, list]:
     """
     Return {parameter: value} that puts a key into a track of the wind's parameters `values`.
 
+    present: the track as it is played, which is else read from the values.
     value: of the key at `time` [s]; old: what the parameter was before. A track that is not there
     is made, with `old` from 0 until the key: what was seen before plays again as it was seen. A
     key within `reach` [s] of `time` is replaced. A value that the parameter has at `time` already,
@@ -46,7 +47,7 @@ def with_key(values: Mapping, track: str, time: float, value: object, old: objec
         played, times, keyed, laws = [0.0], [0.0], [old], [target.usual_law]
         tracks = [*values['tracks'], track]
     else:
-        present = read_timeline(values, targets).tracks[track]
+        present = present or read_timeline(values, targets).tracks[track]
         value = _on_its_turn(present, time, value)
         if present.at(time) == value:
             return {}

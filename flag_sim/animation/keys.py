@@ -19,7 +19,6 @@ The parameters are those of the wind node, {name: value} as in a params file; wh
 animate is in the `targets` that every function here is given.
 """
 from collections.abc import Mapping
-import functools
 
 from flag_sim.animation.targets import Targets
 from flag_sim.animation.timeline import nearest_frame, Timeline
@@ -29,6 +28,8 @@ from flag_sim.parameters import checks
 PARTS = ('times', 'values', 'laws', 'turns')
 """The parts of a track's keys, each a parameter of its own."""
 
+MAX_VALUES = 4_000_000
+"""Of one parameter: the coordinates of more than a million keys."""
 WORDS = {float: 'numbers', str: 'texts', bool: 'booleans'}
 
 
@@ -65,7 +66,11 @@ def accept_keys(name: str, value: object, targets: Targets) -> list | bool:
         return value
     if not isinstance(value, (list, tuple)) and not hasattr(value, 'tolist'):
         raise ValueError(f'{name} must be a list, not {checks.shown(value)}')
-    item = item_of(name, targets)
+    item, value = item_of(name, targets), list(value)
+    if len(value) > MAX_VALUES:
+        raise ValueError(f'{name} must hold at most {MAX_VALUES} values, not {len(value)}')
+    if set(map(type, value)) == {item}:
+        return value
     return [_accept_item(name, one, item) for one in value]
 
 
@@ -84,39 +89,43 @@ def _turning(name, target):
         raise ValueError(f'{name} must be false, not true: {error}') from None
 
 
-def read_timeline(values: Mapping, targets: Targets) -> Timeline:
+def read_timeline(values: Mapping, targets: Targets, made: dict | None = None) -> Timeline:
     """
     Return the Timeline of the wind's parameters {name: value}.
 
-    Every key's value is checked against the parameter that it animates. Raises ValueError.
+    made: the tracks of the last reading, which are used again while others are edited, as two
+    hundred keys take a millisecond; afterwards those of this one. Every key's value is checked
+    against the parameter that it animates. Raises ValueError.
     """
     names = values['tracks']
     if len(set(names)) < len(names):
         raise ValueError(f'tracks must name each track once: {names}')
     rate = values['rate'] if values['snap_keys'] else None
-    tracks = {name: _read_track(name, rate, values, targets) for name in names}
+    made = {} if made is None else made
+    tracks = {name: _read_track(name, rate, values, targets, made) for name in names}
+    for name in made.keys() - tracks.keys():
+        del made[name]
     return Timeline(tracks, _read_events(values, rate), values['loop'])
 
 
-def _read_track(name, rate, values, targets):
-    """Return the Track of a name; raise ValueError if it cannot be played."""
+def _read_track(name, rate, values, targets, made):
+    """Return the Track of a name, also in `made`; raise ValueError if it cannot be played."""
     target = targets[name]
     times, keys, laws, turns = (values.get(key_name(name, part)) for part in PARTS)
     if times is None or keys is None:
         raise ValueError(f"track '{name}' needs {key_name(name, 'times')} and "
                          f"{key_name(name, 'values')}")
-    # By types too, for True and 1.0 are equal but are not both a number.
-    return _make_track(name, target, rate, tuple(times), tuple(keys), tuple(map(type, keys)),
-                       tuple(laws or ()), bool(turns))
+    parts = rate, times, keys, laws or [], bool(turns)
+    if name not in made or made[name][0] != parts:
+        made.pop(name, None)
+        made[name] = parts, _make_track(name, target, *parts)
+    return made[name][1]
 
 
-@functools.lru_cache(maxsize=256)
-def _make_track(name, target, rate, times, keys, types, laws, turns):
-    """Return the Track; the same again while others are edited, as two hundred keys take 4 ms."""
-    del types
-    laws = laws or (target.usual_law,) * len(times)
+def _make_track(name, target, rate, times, keys, laws, turns):
+    laws = laws or [target.usual_law] * len(times)
     try:
-        for law in laws if target.declaration.choices else ():
+        for law in set(laws) if target.declaration.choices else ():
             if law != 'step':
                 raise ValueError(f"law '{law}' cannot lead between {target.declaration.rule}; "
                                  'use step')

@@ -19,6 +19,7 @@ import math
 
 from flag_sim.animation.tracks import TURN
 from flag_sim.parameters.declaration import Declaration
+import numpy as np
 
 LARGEST_ANGLE = 1e6
 """Greatest angle of a track with `turns` [rad]: float64 still resolves 1e-10 there."""
@@ -71,12 +72,31 @@ class Target:
         value that the parameter cannot have.
         """
         accept, values = self.declaration.accept, list(values)
+        numbers = self._all_in_range(values)
+        if numbers is not None:
+            return numbers
         if self.declaration.is_list:
             length = self.declaration.length
             if len(values) % length:
                 raise ValueError(f'values must hold {length} numbers a key, not {len(values)}')
             return [accept(values[i:i + length]) for i in range(0, len(values), length)]
         return [accept(_as_int(value) if self.is_whole else value) for value in values]
+
+    def _all_in_range(self, values):
+        """Return numbers that need no further look, or None: a million are checked at once."""
+        declaration = self.declaration
+        if declaration.kind is not float or set(map(type, values)) != {float}:
+            return None
+        numbers = np.array(values) + 0.0
+        low = -np.inf if declaration.low is None else declaration.low
+        high = np.inf if declaration.low is None else declaration.high
+        if not (np.isfinite(numbers) & (low <= numbers) & (numbers <= high)).all():
+            return None
+        if not declaration.is_list:
+            return numbers.tolist()
+        if not declaration.length or len(values) % declaration.length:
+            return None
+        return numbers.reshape(-1, declaration.length).tolist()
 
     def flat(self, values: Iterable) -> list:
         """Return the values of keys, one a key, as the flat list that a parameter holds."""

@@ -14,6 +14,7 @@
 
 """The wind source: the wind at any time, from the wind node's parameters and their tracks."""
 from collections.abc import Mapping
+import functools
 
 from flag_sim.animation.gusts import Gusts
 from flag_sim.animation.timeline import Timeline
@@ -42,7 +43,9 @@ class WindSource:
         self._timeline = timeline
         self._gusts = Gusts(values['gust.length'], values['gust.seed'])
         self._start_passed = passed
-        self._passage = Passage(lambda time: self._value('speed', time), start, passed)
+        # Not by `self`: in a circle it would be freed late, and with it a million keys.
+        self._passage = Passage(
+            functools.partial(_value, self._values, timeline, 'speed'), start, passed)
         track = timeline.tracks.get('wind.gust.intensity')
         # No law leads beyond its keys.
         self._has_gusts = any(track.values) if track else values['gust.intensity'] > 0.0
@@ -63,14 +66,15 @@ class WindSource:
 
     def at(self, time: float) -> np.ndarray:
         """Return the wind's velocity (3,) [m/s] at `time` [s]."""
-        speed, azimuth, elevation, intensity = (self._value(name, time) for name in WIND_KEYED)
+        speed, azimuth, elevation, intensity = (
+            _value(self._values, self._timeline, name, time) for name in WIND_KEYED)
         # Also while a keyed intensity is 0, lest the first gust has a long way to catch up.
         passed = self._passed(time)
         gust = intensity * self._gusts.at(passed) if intensity > 0.0 else np.zeros(3)
         return wind_vector(speed, azimuth, elevation, gust)
 
-    def _value(self, name, time):
-        track = f'wind.{name}'
-        if track in self._timeline.tracks:
-            return self._timeline.value(track, time)
-        return self._values[name]
+
+def _value(values, timeline, name, time):
+    """Return the value of a parameter of the wind at `time` [s]: its track's, or as it is set."""
+    track = f'wind.{name}'
+    return timeline.value(track, time) if track in timeline.tracks else values[name]

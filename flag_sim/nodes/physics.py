@@ -85,7 +85,7 @@ class Physics(FrameNode):
         # A pre-roll of a fine grid takes a while: Ctrl-C ends it.
         entries = self._cloth.advance_to(frame.stamp, wind, values, self.context.ok)
         for entry in entries:
-            self._log.write(entry)
+            self._log.write_once(entry, 'steps')
         if self._cloth.divergence:
             self._log.error(self._cloth.divergence)
         if self._cloth.gap:

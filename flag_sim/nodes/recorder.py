@@ -22,6 +22,7 @@ import time
 from flag_sim.declarations.recorder import RECORDER
 from flag_sim.protocol.cdr import serialized_stamp
 from flag_sim.protocol.recording import Placement, Recording
+from flag_sim.protocol.throttled_log import Entry
 from flag_sim.ros import frame_message, messages
 from flag_sim.ros.bag import Bag
 from flag_sim.ros.lifecycle import run
@@ -121,10 +122,10 @@ class Recorder(ParameterNode):
         takes = self._recording.takes
         now = self._recording.follow(frame, data, bytes(info['publisher_gid']['data']))
         if 0 < takes < self._recording.takes:
-            self.get_logger().info(
+            self._log.write_few(Entry('info', (
                 'another take begins (the wind was reset, a bag is played again, or there is '
                 f'another sender): it is appended to {self._bag.path} after '
-                f'{counted(self._stopwatch.frames, "frame")}')
+                f'{counted(self._stopwatch.frames, "frame")}')), 'takes')
         return now
 
     def _answer(self, data, info):

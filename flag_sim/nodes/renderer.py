@@ -106,8 +106,8 @@ class Renderer(FrameNode):
         return frame.stamp in self._clouds
 
     def _on_vertices(self, message, info):
-        stamp = messages.to_stamp(message.header.stamp)
         try:
+            stamp = messages.checked_stamp(message.header.stamp)
             cloud = messages.read_cloud(message)
         except ValueError as error:
             self.refuse('vertices', error)
@@ -205,13 +205,13 @@ class Renderer(FrameNode):
                 drawing.messages['depth/image_raw'] = messages.depth_message(stamp, frame.depth)
 
     def answer(self, stamp: int, answer: Drawing) -> None:
-        """Publish the picture, then say that the frame is done."""
+        """Publish the picture and, if all of it has left, say that the frame is done."""
         self._draw(stamp, answer)  # for those who have begun to listen since the frame was served
         with self._stopwatch.measure('publish'):
-            for name in self._listened():
-                if name in answer.messages:
-                    self._camera_out[name].publish(answer.messages[name])
-            self._frame_done_out.publish(messages.header(stamp, self.get_name()))
+            have_left = [self._camera_out[name].publish(answer.messages[name])
+                         for name in self._listened() if name in answer.messages]
+            if all(have_left):  # else the wind asks again in lockstep
+                self._frame_done_out.publish(messages.header(stamp, self.get_name()))
 
     def status(self) -> tuple[bytes, str, dict]:
         """Return the level, a message and the size of the pictures."""

@@ -18,7 +18,6 @@ import sys
 import time
 
 from flag_sim.animation.keys import values_at
-from flag_sim.animation.tracks import TIME_TOLERANCE
 from flag_sim.animation.wind_source import WindSource
 from flag_sim.declarations.keyable import TARGETS
 from flag_sim.declarations.wind import WIND
@@ -27,10 +26,12 @@ from flag_sim.protocol.frames import next_take
 from flag_sim.protocol.missed_frames import MissedFrames
 from flag_sim.protocol.requests import Requests
 from flag_sim.protocol.take import Take
+from flag_sim.protocol.throttled_log import Entry
 from flag_sim.ros import frame_message, messages
 from flag_sim.ros.animation_node import AnimationNode
 from flag_sim.ros.delivery import check_delivery, Delivery
 from flag_sim.ros.diagnostics import compute_time, Diagnostics, OK, WARN
+from flag_sim.ros.keyframes import Keyframes
 from flag_sim.ros.lifecycle import run
 from flag_sim.ros.topics import publish, subscribe
 from geometry_msgs.msg import Vector3, Vector3Stamped
@@ -55,6 +56,7 @@ class Wind(AnimationNode):
         self._clock_out = publish(self, '/clock') if self.values['publish_clock'] else None
         self._message = frame_message.FrameMessage(self.get_fully_qualified_name())
         self._delivery = Delivery(self, self._send_again, self._on_done)
+        self._keyframes = Keyframes()
         self._missed = MissedFrames()
         # When _send_due last ran: steady time and process CPU time [s].
         self._last_look = time.monotonic(), time.process_time()
@@ -121,6 +123,7 @@ class Wind(AnimationNode):
         self._take = Take(next_take(self._take.number if self._take else 0), clock,
                           self.values['frames'], messages.LATEST)
         self._delivery.clear()
+        self._keyframes.clear()
         self._wind_source = WindSource(self.values, self.timeline)
 
     def _set_timer(self):
@@ -162,7 +165,7 @@ class Wind(AnimationNode):
         is_idle = self.values['pace'] == 'realtime' or not len(self._delivery)
         if self._requests.begins_take(is_idle, now, self.values['resend_after']):
             self._begin_take()
-            self.get_logger().info('reset: back to the first frame', throttle_duration_sec=1.0)
+            self._log.write_few(Entry('info', 'reset: back to the first frame'), 'reset')
 
     def _end_if_done(self, now):
         if self._requests.is_reset_asked or self.ended.done() or not self._take.is_over:
@@ -189,6 +192,7 @@ class Wind(AnimationNode):
     def _send_again(self, sent):
         sent.frame = sent.frame._replace(oldest=sent.frame.index)
         self._parameters_out.publish(self._message.fill(sent.frame, *sent.message))
+        self._publish_wind(sent.frame.stamp, sent.message[0])
 
     def _on_done(self):
         if self.values['pace'] == 'lockstep':
@@ -231,24 +235,25 @@ class Wind(AnimationNode):
             self._publish_crossed(at)
             if self._clock_out is not None:
                 self._clock_out.publish(ClockMessage(clock=messages.to_time(frame.stamp)))
-            if self._wind_out.get_subscription_count():
-                self._wind_out.publish(Vector3Stamped(
-                    header=messages.header(frame.stamp, messages.WORLD),
-                    vector=Vector3(x=wind[0], y=wind[1], z=wind[2])))
+            self._publish_wind(frame.stamp, wind)
         self._stopwatch.frames += 1
         self._missed.frames['sent'] += 1
         self._take.sent()
 
-    def _publish_crossed(self, at):
-        """
-        Publish the keys and events that take effect in the frame that is `at` [ns] in the take.
+    def _publish_wind(self, stamp, wind):
+        """Publish the wind of the frame at `stamp` [ns], if somebody listens."""
+        if self._wind_out.get_subscription_count():
+            self._wind_out.publish(Vector3Stamped(
+                header=messages.header(stamp, messages.WORLD),
+                vector=Vector3(x=wind[0], y=wind[1], z=wind[2])))
 
-        A key at the frame's time gets exactly the frame's stamp, despite rounding.
-        """
-        for key, name in self.timeline.crossed(self._take.previous / 1e9, at / 1e9):
-            is_now = key >= at / 1e9 - TIME_TOLERANCE
-            self._keyframe_out.publish(messages.header(
-                self._take.clock.offset + (at if is_now else round(key * 1e9)), name))
+    def _publish_crossed(self, at):
+        """Publish the keys and events of the frame that is `at` [ns] in the take."""
+        try:
+            self._keyframes.cross(self.timeline, self._take.previous, at, self._take.clock.offset)
+        except ValueError as error:
+            self._log.warn(f'a frame is too long to announce its keys: {error}')
+        self._keyframes.publish(self._keyframe_out)
 
     # Reports.
 
@@ -256,7 +261,7 @@ class Wind(AnimationNode):
         """Warn of frames that were missed, and of a second wind."""
         self._report_missed()
         if self.count_publishers('parameters') > 1:
-            self.get_logger().warning(SECOND_WIND_WARNING)
+            self._log.warn(SECOND_WIND_WARNING)
 
     def _report_missed(self):
         """Warn of frames that were missed since the last time."""

@@ -28,6 +28,11 @@ Directions [rad] go one turn to either side, so that a track may pass through ha
 What is beyond is most often meant in degrees.
 """
 
+MAX_CHARACTERS = 4096
+"""Of a text: the longest path that Linux takes."""
+MAX_VALUES = 4_000_000
+"""Of a list of any length."""
+
 
 def as_typed(number: float) -> str:
     """Return a number rounded to six digits, as YAML 1.1 and so `ros2 param set` takes it."""
@@ -113,6 +118,9 @@ class Declaration:
         if not self.is_list:
             accepted = self._accept_one(value)
         elif isinstance(value, (list, tuple)) and self.length in (None, len(value)):
+            if len(value) > MAX_VALUES:
+                raise ValueError(f'{name or self.name} must have at most {MAX_VALUES} values, '
+                                 f'not {len(value)}')
             accepted = [self._accept_one(one) for one in value]
             accepted = None if None in accepted else accepted
         else:
@@ -140,6 +148,9 @@ class Declaration:
             return self._accept_number(one)
         if type(one) is not self.kind or (self.choices and one not in self.choices):
             return None
+        if self.kind is str and len(one) > MAX_CHARACTERS:
+            raise ValueError(f'{self.name} must have at most {MAX_CHARACTERS} characters, '
+                             f'not {len(one)}')
         return one if self.low is None or self.low <= one <= self.high else None
 
     def _accept_number(self, one):

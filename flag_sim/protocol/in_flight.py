@@ -48,6 +48,7 @@ class FramesInFlight:
         self.answered = False
         self.resent = 0
         self._frames: dict[int, Sent] = {}  # by stamp; a dict keeps the order of sending
+        self._consumers: set[str] = set()  # who was waited for last
         # (stamp, consumers that had not answered) of the latest frames that were given up
         self._given_up = collections.deque(maxlen=MOST_GIVEN_UP)
         self._silent_since = None  # since when frames are in flight and none of them was done
@@ -67,15 +68,17 @@ class FramesInFlight:
 
         A frame without consumers is done at once.
         """
-        consumers = set(consumers)
+        self._consumers = consumers = set(consumers)
         if not consumers:
             return
-        self._frames[frame.stamp] = Sent(frame, message, consumers, now, now)
+        self._frames[frame.stamp] = Sent(frame, message, set(consumers), now, now)
         if self._silent_since is None:
             self._silent_since = now
 
     def done(self, stamp: int, consumer: str, now: float) -> bool:
         """Note that `consumer` has served the frame; return whether that made it done."""
+        if consumer not in self._consumers:
+            return False  # anybody may say so, and nobody was asked
         sent = self._frames.get(stamp)
         if sent is not None:
             sent.waiting_for.discard(consumer)
@@ -95,7 +98,7 @@ class FramesInFlight:
 
         Consumers that have said so already are asked again with the frame's next copy.
         """
-        consumers = set(consumers)
+        self._consumers = consumers = set(consumers)
         for sent in self._frames.values():
             sent.waiting_for = set(consumers)
         if not consumers:

@@ -12,16 +12,40 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Which lines to log: the same reason at most every few seconds, a wait once it is long."""
+"""Which lines to log: the same reason ever less often, a wait once it is long."""
+import collections
 import re
 from typing import NamedTuple
 
 LOG_WAIT_AFTER = 2.0
 """How long a wait may last before it is logged [s]: while nodes start, frames come late."""
 WARN_EVERY = 5.0
-"""How often a line with the same reason may be logged [s]."""
+"""Before the second line with the same reason [s]; before each further one it is doubled."""
+LONGEST_SILENCE = 600.0
+"""Between lines with the same reason, however often it comes [s]."""
 MAX_REASONS = 8
 """Different reasons logged within WARN_EVERY: a broken sender must not fill the log."""
+MAX_REMEMBERED = 64
+"""Reasons of which is known when they were logged last."""
+MAX_CHARACTERS = 300
+"""Of a line that holds what somebody else has sent."""
+
+
+def shortened(text: str) -> str:
+    """
+    Return a text as one line of at most MAX_CHARACTERS, for what others send stands in it.
+
+    What is not printable is escaped, so nobody writes lines of their own; of a long one the
+    begin, where the rule stands, and the end are kept.
+    """
+    half = MAX_CHARACTERS // 2
+    if len(text) > 4 * MAX_CHARACTERS:  # escaping ten million characters takes a while
+        text = f'{text[:2 * half]}...{text[-2 * half:]}'
+    line = ''.join(one if one.isprintable() else repr(one)[1:-1] for one in text)
+    if len(line) <= MAX_CHARACTERS:
+        return line
+    begin = MAX_CHARACTERS - half // 2 - 5
+    return f'{line[:begin]} ... {line[-half // 2:]}'
 
 
 class Entry(NamedTuple):
@@ -33,21 +57,46 @@ class Entry(NamedTuple):
 
 class Refusals:
     """
-    Decides which refusals to log: a new reason at once, the same again only now and then.
+    Decides which refusals to log: a new reason at once, the same again less and less often.
 
-    Reasons that differ only in their numbers count as the same.
+    Reasons that differ only in their numbers, or far from their begin, count as the same.
     """
 
     def __init__(self):
-        self._logged: dict[str, float] = {}  # steady time [s] at which a reason was logged last
+        # By reason: the steady time at which it was logged last, and how long it rests then [s].
+        self._logged: dict[str, tuple[float, float]] = {}
+
+    def __len__(self) -> int:
+        return len(self._logged)
 
     def is_worth_logging(self, reason: str, now: float) -> bool:
         """Return whether to log a reason at steady time `now` [s]; it then counts as logged."""
-        reason = re.sub(r'[\d.]+', '', reason)
-        self._logged = {r: at for r, at in self._logged.items() if now - at < WARN_EVERY}
-        if reason in self._logged or len(self._logged) >= MAX_REASONS:
+        reason = re.sub(r'[\d.]+', '', reason[:2 * MAX_CHARACTERS])[:MAX_CHARACTERS // 2]
+        at, rest = self._logged.get(reason, (now, 0.0))
+        recent = sum(now - other < WARN_EVERY for other, _ in self._logged.values())
+        if now - at < rest or recent >= MAX_REASONS:
             return False
-        self._logged[reason] = now
+        # A reason that has not come for long is told as a new one.
+        is_rare = now - at > 2.0 * rest
+        self._logged.pop(reason, None)
+        self._logged[reason] = now, (
+            WARN_EVERY if is_rare else min(max(2.0 * rest, WARN_EVERY), LONGEST_SILENCE))
+        if len(self._logged) > MAX_REMEMBERED:
+            del self._logged[next(iter(self._logged))]
+        return True
+
+
+class RateLimit:
+    """Lets MAX_REASONS lines by within WARN_EVERY, whatever they say: what is new each time."""
+
+    def __init__(self):
+        self._times = collections.deque(maxlen=MAX_REASONS)
+
+    def allows(self, now: float) -> bool:
+        """Return whether to log a line at steady time `now` [s]; it then counts as logged."""
+        if len(self._times) == MAX_REASONS and now - self._times[0] < WARN_EVERY:
+            return False
+        self._times.append(now)
         return True
 
 

@@ -22,8 +22,8 @@ from flag_sim.declarations.keyable import TARGETS
 from flag_sim.parameters.declaration import Declaration
 from flag_sim.parameters.params_file import (
     check_path, check_within, save_parameters, start_folder)
+from flag_sim.protocol.throttled_log import Entry
 from flag_sim.ros.companions import COMPANIONS, Companions
-from flag_sim.ros.parameter_groups import GroupParameterService
 from flag_sim.ros.parameter_node import ParameterNode, to_parameter
 
 
@@ -44,12 +44,11 @@ class AnimationNode(ParameterNode):
 
     def __init__(self, name: str, declarations: Iterable[Declaration]):
         self._read = None, None  # the parts that were read last, and their Timeline
+        self._made = {}          # the tracks of that reading
         self._warned = set()     # the tracks whose present keys have been warned of
-        super().__init__(name, declarations, allow_undeclared_parameters=True,
-                         start_parameter_services=False)
+        super().__init__(name, declarations, allow_undeclared_parameters=True)
         self.timeline = self._timeline_of(self.values)
         self._warn_of_keys()
-        self._group_service = GroupParameterService(self, is_part)
         self._save_folder = start_folder(self.values['save_to'])
         self._file = None, None  # the path that was saved last, and which file it is
         self._trouble = ''       # why the shot could not be saved, as it was said
@@ -66,17 +65,21 @@ class AnimationNode(ParameterNode):
         more = ['loop', 'snap_keys', *['rate'] * values['snap_keys']]
         parts = {name: value for name, value in values.items() if is_part(name) or name in more}
         if parts != self._read[0]:  # ten thousand keys take a while
-            self._read = parts, keys.read_timeline(values, TARGETS)
+            self._read = parts, keys.read_timeline(values, TARGETS, self._made)
         return self._read[1]
 
     def _warn_of_keys(self):
         """Warn once of keys that may not do what their user expects."""
         found = keys.warnings(self.timeline)
         for name in found.keys() - self._warned:
-            self.get_logger().warning(found[name])
+            self._log.write_few(Entry('warning', found[name]), 'keys')
         self._warned = set(found)
 
     # Parameters.
+
+    def is_part(self, name: str) -> bool:
+        """Return whether a parameter is part of the animation."""
+        return is_part(name)
 
     def adopt(self, given: dict) -> None:
         """Take the keys of all tracks, those too that are not named in `tracks` yet."""
@@ -143,7 +146,7 @@ class AnimationNode(ParameterNode):
         except (OSError, ValueError) as error:
             trouble = f'cannot save {path}: {error}'
         if trouble and trouble != self._trouble:  # once, however many changes follow
-            self.get_logger().error(trouble)
+            self._log.error(trouble, 'file')
         self._trouble = trouble
 
     def _on_answer(self, companion):
@@ -165,14 +168,15 @@ class AnimationNode(ParameterNode):
         """Make a key of what a user has set, if it is one; return whether there is a new key."""
         try:
             changes = with_key(self.values, track, self.now(), value, old,
-                               reach=0.5 / self.values['rate'], targets=TARGETS)
+                               reach=0.5 / self.values['rate'], targets=TARGETS,
+                               present=self.timeline.tracks.get(track))
         except ValueError as error:
-            self.get_logger().warning(f'no key was made: {error}')
+            self._log.warn(f'no key was made: {error}', 'autokey')
             return False
         if not changes:
             return False
         result = self.set_parameters_atomically(
             [to_parameter(name, new) for name, new in changes.items()])
         if not result.successful:
-            self.get_logger().warning(f'no key was made: {result.reason}')
+            self._log.warn(f'no key was made: {result.reason}', 'autokey')
         return result.successful

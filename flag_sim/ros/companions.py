@@ -28,6 +28,8 @@ POLL_PERIOD = 0.5
 """How often to check which nodes are there [s]."""
 CHECKS_PER_REQUEST = 4
 """After how many checks a node that has not answered is asked again."""
+MAX_COMPANIONS = 16
+"""Nodes of which the parameters are known; more than these are not asked."""
 COMPANIONS = ('physics', 'renderer')
 """Names of the nodes that are companions, in any namespace."""
 
@@ -53,6 +55,7 @@ class Companions:
         self._known = {self._own_name: dict(node.values)}  # {node: {name: value}}
         self._found = {}  # the endpoint of each node that was found, which a restart renews
         self._asked = {}  # in which look each node was asked last
+        self._pending = {}  # what each node was asked and has not answered
         self._answered = set()
         self._clients = {}
         self._looks = 0
@@ -63,8 +66,11 @@ class Companions:
     def _look(self):
         """Find the nodes that are there, and ask those that have not sent their values."""
         self._looks += 1
-        for name, endpoint in subscribers(self._node, 'parameters').items():
+        present = subscribers(self._node, 'parameters')
+        for name, endpoint in present.items():
             if _base_name(name) in COMPANIONS and self._found.get(name) != endpoint:
+                if not self._has_room(name, present):
+                    continue
                 if name in self._found:
                     self._known[name] = {}
                 self._found[name] = endpoint
@@ -74,6 +80,20 @@ class Companions:
             if self._looks - self._asked.get(name, -CHECKS_PER_REQUEST) >= CHECKS_PER_REQUEST:
                 self._ask(name)
 
+    def _has_room(self, name, present):
+        """Return whether a node can be known, for which one that is gone is forgotten."""
+        gone = [other for other in self._found if other not in present]
+        if name not in self._found and len(self._found) >= MAX_COMPANIONS and gone:
+            self._forget(gone[0])
+        return name in self._found or len(self._found) < MAX_COMPANIONS
+
+    def _forget(self, node):
+        for noted in (self._found, self._known, self._asked, self._pending):
+            noted.pop(node, None)
+        self._answered.discard(node)
+        if node in self._clients:
+            self._node.destroy_client(self._clients.pop(node))
+
     def _ask(self, node):
         if node not in self._clients:
             self._clients[node] = self._node.create_client(GetParameters, f'{node}/get_parameters')
@@ -81,16 +101,22 @@ class Companions:
             return
         self._asked[node] = self._looks
         declarations = NODES[_base_name(node)]
-        future = self._clients[node].call_async(
+        if node in self._pending:  # rclpy keeps it for ever else
+            self._clients[node].remove_pending_request(self._pending[node])
+        future = self._pending[node] = self._clients[node].call_async(
             GetParameters.Request(names=[declaration.name for declaration in declarations]))
         future.add_done_callback(lambda done: self._learn(node, declarations, done.result()))
 
     def _learn(self, node, declarations, answer):
+        if node not in self._found:
+            return  # it was forgotten meanwhile
+        self._pending.pop(node, None)
         known = self._known.setdefault(node, {})
         for declaration, value in zip(declarations, answer.values):
             # What was heard meanwhile is not older than the answer.
             if declaration.name not in known:
-                _keep(known, declaration, parameter_value_to_python(value))
+                with contextlib.suppress(RuntimeError):  # a type that ROS does not know
+                    _keep(known, declaration, parameter_value_to_python(value))
         self._answered.add(node)
         self._on_answer(node)
 
@@ -102,7 +128,8 @@ class Companions:
         known = self._known.setdefault(event.node, {})
         declarations = named(kind)
         changes = []
-        for parameter in event.changed_parameters:
+        # Of many changes of one parameter the last one counts.
+        for parameter in {one.name: one for one in event.changed_parameters}.values():
             declaration = declarations.get(parameter.name)
             try:
                 value = parameter_value_to_python(parameter.value)

@@ -17,7 +17,9 @@ from collections.abc import Callable, Mapping
 import time
 
 from flag_sim.protocol.in_flight import FramesInFlight, Sent
+from flag_sim.protocol.throttled_log import Entry
 from flag_sim.ros.messages import to_stamp
+from flag_sim.ros.node_log import NodeLog
 from flag_sim.ros.parameter_node import ParameterNode
 from flag_sim.ros.topics import publishers, subscribe
 from rclpy.exceptions import InvalidNodeNameException
@@ -56,6 +58,7 @@ class Delivery(FramesInFlight):
                  on_done: Callable[[], None]):
         super().__init__()
         self._node = node
+        self._log = NodeLog(node)
         self._send_again = send_again
         self._on_done = on_done
         self._warned = None, 0.0  # stamp of the frame that was last warned of, and when [s]
@@ -66,7 +69,7 @@ class Delivery(FramesInFlight):
         if not self.done(stamp, message.frame_id, time.monotonic()):
             return
         if stamp == self._warned[0]:
-            self._node.get_logger().info(f'the frame at {stamp / 1e9:.3f} s is done')
+            self._log.write_few(Entry('info', f'the frame at {stamp / 1e9:.3f} s is done'))
         self._on_done()
 
     def resend_overdue(self, now: float) -> None:
@@ -92,10 +95,10 @@ class Delivery(FramesInFlight):
         return f'{name} (no such node is running)'
 
     def _warn(self, stamp, late, now):
-        """Warn of a frame that is waited for: of a new one at once, of the same now and then."""
+        """Warn of a frame that is waited for, at once and then now and then."""
         last, at = self._warned
         if last == stamp and now - at < WARNING_PERIOD:
             return
         self._warned = stamp, now
-        self._node.get_logger().warning(f'the frame at {stamp / 1e9:.3f} s is not done: waiting '
-                                        f'for {late}; sent again')
+        self._log.warn(f'the frame at {stamp / 1e9:.3f} s is not done: waiting for {late}; '
+                       'sent again')

@@ -89,7 +89,7 @@ def read_parameters(message: ParameterEvent) -> tuple[FrameId, np.ndarray, dict]
     wind = wind.astype(float)
     if not np.isfinite(wind).all():
         raise ValueError(f'wind must be finite, not {wind.tolist()}')
-    stamp = messages.to_stamp(message.stamp)
+    stamp = messages.checked_stamp(message.stamp)
     place = [values.pop(name, None) for name in FRAME_NAMES]
     if any(type(part) is not int for part in place):
         if place != [None, None, None]:

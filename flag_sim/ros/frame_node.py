@@ -21,7 +21,6 @@ from flag_sim.protocol.frames import FrameId
 from flag_sim.protocol.serving import FrameServer, Handlers
 from flag_sim.ros import frame_message
 from flag_sim.ros.diagnostics import compute_time, Diagnostics, ERROR, OK
-from flag_sim.ros.node_log import NodeLog
 from flag_sim.ros.parameter_node import ParameterNode
 from flag_sim.ros.topics import subscribe
 import numpy as np
@@ -38,8 +37,9 @@ class FrameNode(ParameterNode):
     def __init__(self, name: str, declarations: Iterable[Declaration]):
         super().__init__(name, declarations)
         # What comes with a frame: its wind and keyed values.
-        self._server = FrameServer(Handlers(self.is_ready, self._work, self.answer, self._restart))
-        self._log = NodeLog(self)
+        self._server = FrameServer(Handlers(
+            self.is_ready, self._work, lambda stamp, answer: self.answer(stamp, answer),
+            self._restart))
         self._good = None   # values that the take's last frame was served with
         self._clash = ''    # why keyed values of the last frame could not be used
         # The network cannot deliver before it is spun, and it is spun only once all is ready.
@@ -114,7 +114,7 @@ class FrameNode(ParameterNode):
             except ValueError as error:
                 self._clash = ('keyed values are refused, the frame keeps those of the one '
                                f'before: {error}')
-                self._log.error(self._clash)
+                self._log.error(self._clash, 'keyed values')
                 values = self._good or dict(self.values)
         self._good = values
         return values
@@ -143,7 +143,7 @@ class FrameNode(ParameterNode):
 
     def refuse(self, topic: str, error: ValueError) -> None:
         """Warn of a message that cannot be used."""
-        self._log.warn(f'a message on {topic} is refused: {error}')
+        self._log.warn(f'a message on {topic} is refused: {error}', topic)
 
     def close(self) -> None:
         """Log where the time went."""

@@ -26,9 +26,9 @@ from flag_sim.declarations.usage import asks_for_help, usage
 from flag_sim.parameters.file_targets import given_files, is_meant, keys_in
 from flag_sim.protocol.notify import NotifySender
 from flag_sim.ros.dds_profile import set_dds_profile
+from flag_sim.ros.guard import spin_guarded
 from flag_sim.ros.parameter_node import BadParameter, ParameterNode
 import rclpy
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from rclpy.utilities import remove_ros_args
@@ -93,11 +93,9 @@ def run(node_class: type[ParameterNode], args: Sequence[str] | None = None) -> i
             notify = NotifySender()
             node.ended.add_done_callback(lambda ended: _set_once(stop, ended.result()))
             try:
-                executor = SingleThreadedExecutor()
-                executor.add_node(node)
                 _notify_figures(node, notify)
                 notify.send(READY=1)
-                executor.spin_until_future_complete(stop)
+                spin_guarded(node, stop)
             finally:
                 notify.send(STOPPING=1, **_as_variables(node.figures))
                 is_unfinished = node.close()

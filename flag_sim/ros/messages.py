@@ -46,6 +46,15 @@ def to_stamp(time: Time) -> int:
     return time.sec * 10**9 + time.nanosec
 
 
+def checked_stamp(time: Time) -> int:
+    """Return a Time in nanoseconds; raise ValueError for one that an answer could not have."""
+    stamp = to_stamp(time)
+    if stamp > LATEST:
+        raise ValueError(f'its stamp of {time.sec} s and {time.nanosec} ns is beyond '
+                         f'{LATEST / 1e9:.0f} s')
+    return stamp
+
+
 def header(stamp: int, frame_id: str) -> Header:
     """Return a Header at `stamp` [ns]."""
     return Header(stamp=to_time(stamp), frame_id=frame_id)

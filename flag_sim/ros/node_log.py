@@ -13,10 +13,11 @@
 # limitations under the License.
 
 """A throttled log of a node: the same reason is not written with every message."""
+import collections
 from collections.abc import Callable
 import time
 
-from flag_sim.protocol.throttled_log import Entry, Refusals, Waiting
+from flag_sim.protocol.throttled_log import Entry, RateLimit, Refusals, shortened, Waiting
 from rclpy.node import Node
 
 POLL_PERIOD = 0.5
@@ -24,34 +25,47 @@ POLL_PERIOD = 0.5
 
 
 class NodeLog:
-    """Writes to the log of `node` the entries that protocol.throttled_log lets pass."""
+    """
+    Writes to the log of `node` the entries that protocol.throttled_log lets pass, shortened.
+
+    Each source, a word of the caller's own code such as a topic's name, is throttled by itself:
+    whoever fills one silences no other.
+    """
 
     def __init__(self, node: Node):
         self._node = node
         self._logger = node.get_logger()
-        self._refusals = Refusals()
+        self._refusals = collections.defaultdict(Refusals)
+        self._limits = collections.defaultdict(RateLimit)
 
     def write(self, entry: Entry) -> None:
         """Write a line."""
+        text = shortened(entry.text)
         # From a line of code of its own each: rclpy lets none change its level.
         if entry.level == 'error':
-            self._logger.error(entry.text)
+            self._logger.error(text)
         elif entry.level == 'warning':
-            self._logger.warning(entry.text)
+            self._logger.warning(text)
         else:
-            self._logger.info(entry.text)
+            self._logger.info(text)
 
-    def warn(self, reason: str) -> None:
-        """Write a warning, unless the same was written a moment ago."""
-        self._throttle(Entry('warning', reason))
-
-    def error(self, reason: str) -> None:
-        """Write an error, unless the same was written a moment ago."""
-        self._throttle(Entry('error', reason))
-
-    def _throttle(self, entry):
-        if self._refusals.is_worth_logging(entry.text, time.monotonic()):
+    def write_once(self, entry: Entry, source: str = '') -> None:
+        """Write a line, unless the same was written a while ago."""
+        if self._refusals[source].is_worth_logging(entry.text, time.monotonic()):
             self.write(entry)
+
+    def write_few(self, entry: Entry, source: str = '') -> None:
+        """Write a line that is new each time, unless there were many a moment ago."""
+        if self._limits[source].allows(time.monotonic()):
+            self.write(entry)
+
+    def warn(self, reason: str, source: str = '') -> None:
+        """Write a warning, unless the same was written a while ago."""
+        self.write_once(Entry('warning', reason), source)
+
+    def error(self, reason: str, source: str = '') -> None:
+        """Write an error, unless the same was written a while ago."""
+        self.write_once(Entry('error', reason), source)
 
     def watch(self, missing: Callable[[], str], served: Callable[[], int]) -> None:
         """

@@ -18,6 +18,10 @@ import difflib
 from flag_sim.declarations.nodes import NODES, scene
 from flag_sim.parameters import checks
 from flag_sim.protocol.stopwatch import Stopwatch
+from flag_sim.protocol.throttled_log import shortened
+from flag_sim.ros.guard import cause
+from flag_sim.ros.node_log import NodeLog
+from flag_sim.ros.parameter_service import CheckedParameterService
 from flag_sim.ros.qos_overrides import ignored_overrides, PREFIX
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
@@ -31,6 +35,9 @@ ARRAY_TYPES = {str: Parameter.Type.STRING_ARRAY, float: Parameter.Type.DOUBLE_AR
                bool: Parameter.Type.BOOL_ARRAY}
 # Names that rclpy itself declares and reads, beside QoS overrides.
 ROS_NAMES = ('use_sim_time', 'start_type_description_service')
+
+LONGEST_NAME = 200
+"""Of a name for which a near one is looked for; all of ours are shorter [characters]."""
 
 
 class BadParameter(ValueError):
@@ -49,14 +56,16 @@ class ParameterNode(Node):
 
     def __init__(self, name, declarations, **options):
         try:
-            super().__init__(name, **options)
+            super().__init__(name, start_parameter_services=False, **options)
         except InvalidParameterTypeException:  # of those that rclpy declares, all of them booleans
             raise BadParameter(self._mistyped()) from None
+        self._log = NodeLog(self)
         self.ended = Future()  # set to the exit status when the node has nothing left to do
         self._stopwatch = Stopwatch()
         self._declarations = {declaration.name: declaration for declaration in declarations}
         self.values = {}
         self._declare()
+        self._parameter_service = CheckedParameterService(self, self.is_part)
 
     def _mistyped(self):
         """Return what is wrong with the parameters of ROS that were given at the start."""
@@ -93,7 +102,7 @@ class ParameterNode(Node):
             self.adopt(given)
             self.check(self.values)
         except ValueError as error:
-            raise BadParameter(str(error)) from None
+            raise BadParameter(shortened(str(error))) from None
         for name in given:
             if name not in ROS_NAMES and not name.startswith(PREFIX):
                 self._warn_of(name)
@@ -124,8 +133,13 @@ class ParameterNode(Node):
             self.get_logger().warning(words)
 
     def _near(self, name):
-        near = difflib.get_close_matches(name, self._declarations, n=1)
+        # Comparing takes a while, and no name of ours is long.
+        near = difflib.get_close_matches(name[:LONGEST_NAME], self._declarations, n=1)
         return f"; the nearest known one is '{near[0]}'" if near else ''
+
+    def is_part(self, name):
+        """Return whether a parameter is set together with others in a request, all or none."""
+        return False
 
     def adopt(self, given):
         """Take from `given` {name: value} undeclared names; what is left is warned of."""
@@ -158,6 +172,8 @@ class ParameterNode(Node):
 
     def set_parameters_atomically(self, parameter_list):
         """Set all of the parameters or, with the reason, none."""
+        # Of several values of one parameter the last one counts.
+        parameter_list = list({p.name: p for p in parameter_list}.values())
         own = [p for p in parameter_list if p.name not in ROS_NAMES]
         deleted = {p.name for p in own if p.type_ == Parameter.Type.NOT_SET}
         try:
@@ -168,7 +184,7 @@ class ParameterNode(Node):
             self.check({name: value for name, value in {**self.values, **changes}.items()
                         if name not in deleted})
         except ValueError as error:
-            return SetParametersResult(successful=False, reason=str(error))
+            return SetParametersResult(successful=False, reason=shortened(str(error)))
         result = self.store([self._typed(p, changes) for p in parameter_list])
         if result.successful:
             self.values.update(changes)
@@ -179,7 +195,11 @@ class ParameterNode(Node):
 
     def store(self, parameters):
         """Set parameters as rclpy does, without the checks; return its result."""
-        return super().set_parameters_atomically(parameters)
+        try:
+            return super().set_parameters_atomically(parameters)
+        except RuntimeError as error:  # of the middleware: all is set when it is announced
+            self._log.warn(f'a change of parameters could not be announced: {cause(error)}')
+            return SetParametersResult(successful=True)
 
     def accept_change(self, name, value):
         """Return `value` as accept does; raise ValueError also where only the start counts."""

@@ -17,12 +17,12 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticArray
+from flag_sim.ros.guard import GuardedPublisher
 from flag_sim.ros.parameter_node import BadParameter
 from flag_sim.ros.qos_overrides import check_overrides
 from geometry_msgs.msg import Vector3Stamped
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.node import Node
-from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.subscription import Subscription
@@ -72,9 +72,10 @@ def _quality(node, name, end):
             'qos_overriding_options': QoSOverridingOptions.with_default_policies()}
 
 
-def publish(node: Node, name: str) -> Publisher:
+def publish(node: Node, name: str) -> GuardedPublisher:
     """Return a publisher of topic `name` of `TOPICS` for `node`."""
-    return node.create_publisher(TOPICS[name].message, name, **_quality(node, name, 'publisher'))
+    return GuardedPublisher(node, node.create_publisher(
+        TOPICS[name].message, name, **_quality(node, name, 'publisher')))
 
 
 def publishers(node: Node, name: str) -> str:
