@@ -20,7 +20,6 @@ MOST_SINGLE = float(np.finfo(np.float32).max)
 """The greatest number that float32 holds."""
 
 
-
 def numbers(name: str, value) -> np.ndarray:
     """
     Return value as an array of real numbers, some of which may be nan or infinite.
