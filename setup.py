@@ -105,7 +105,10 @@ setup(
             'ros-kilted-std-msgs>=5.5,<5.6',
             'pyyaml>=6.0.1,<7',  # 6.0 has no wheel for 3.12, nor can it be built
         ],
-        'record': ['rosbags>=0.11,<0.12'],
+        'record': [
+            'rosbags>=0.11,<0.12',
+            'lz4>=4,<5',
+        ],
         # The lower bounds leave out CVE-2024-28219 and CVE-2024-34062.
         'pictures': ['pillow>=10.3,<14', 'tqdm>=4.66.3,<5'],
         'study': ['matplotlib>=3.6,<4', 'pyyaml>=6.0.1,<7'],

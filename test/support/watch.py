@@ -33,6 +33,21 @@ class InVain(AssertionError):
     """What was waited for did not come."""
 
 
+class Voice:
+    """A publisher whose publish returns None: `publish(x) or heard` waits for what is heard."""
+
+    def __init__(self, publisher):
+        self._publisher = publisher
+
+    def publish(self, message):
+        """Send a message; fail if it does not leave."""
+        assert self._publisher.publish(message)
+
+    def __getattr__(self, name):
+        """Return what else the publisher has."""
+        return getattr(self._publisher, name)
+
+
 class Watcher:
     """A node in a ROS context and a domain of its own; it is spun while it waits."""
 
@@ -50,7 +65,7 @@ class Watcher:
 
     def publisher(self, topic):
         """Return a publisher of one of the package's topics."""
-        return publish(self.node, topic)
+        return Voice(publish(self.node, topic))
 
     def listen(self, topic):
         """Return a list that grows with every message on one of the package's topics."""
