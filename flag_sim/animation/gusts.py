@@ -70,6 +70,7 @@ class Gusts:
 
     def at(self, distance: float) -> np.ndarray:
         """Return (u, v, w), (3,), each of variance 1, after the wind has gone `distance` [m]."""
-        distance = checks.finite('distance', distance)
+        distance = checks.finite('distance', distance, -checks.LARGEST * checks.LARGEST,
+                                 checks.LARGEST * checks.LARGEST)
         amplitude = np.sqrt(2.0 / self.COMPONENTS)
         return amplitude * np.cos(self._waves * distance + self._phases).sum(axis=1)

@@ -59,12 +59,12 @@ def accept_keys(name: str, value: object, targets: Targets) -> list | bool:
     target = targets[track_of(name)]
     if name.endswith('.turns'):
         if not isinstance(value, bool):
-            raise ValueError(f'{name} must be true or false, not {value!r}')
+            raise ValueError(f'{name} must be true or false, not {checks.shown(value)}')
         if value:
             _turning(name, target)
         return value
     if not isinstance(value, (list, tuple)) and not hasattr(value, 'tolist'):
-        raise ValueError(f'{name} must be a list, not {value!r}')
+        raise ValueError(f'{name} must be a list, not {checks.shown(value)}')
     item = item_of(name, targets)
     return [_accept_item(name, one, item) for one in value]
 
@@ -72,7 +72,8 @@ def accept_keys(name: str, value: object, targets: Targets) -> list | bool:
 def _accept_item(name, value, item):
     is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
     if not (is_number if item is float else isinstance(value, item)):
-        raise ValueError(f'{name} must be a list of {WORDS[item]}, not {value!r} in it')
+        raise ValueError(f'{name} must be a list of {WORDS[item]}, not {checks.shown(value)} '
+                         'in it')
     return float(value) if is_number else value
 
 

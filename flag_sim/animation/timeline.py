@@ -22,6 +22,7 @@ from flag_sim.parameters import checks
 from flag_sim.parameters.closed import constant
 
 SHORTEST_ROUND = 1e-3  # of a loop [s]: a frame goes through all of its rounds
+MOST_CROSSED = 1_000_000  # keys and events in one span: it takes some seconds to list them
 
 
 def nearest_frame(time: float, rate: float) -> float:
@@ -46,9 +47,11 @@ class Timeline:
     def __init__(self, tracks: Mapping[str, Track], events: Iterable[tuple[float, str]] = (),
                  loop: bool = False):
         loop = checks.boolean('loop', loop)
-        for name, track in dict(tracks).items():
-            checks.instance(f'track {name!r}', track, Track)
-        events = [_event(*event) for event in events]
+        checks.require(isinstance(tracks, Mapping), 'tracks', 'a dict of names and Tracks', tracks)
+        for name, track in tracks.items():
+            checks.require(isinstance(name, str), 'name of a track', 'a text', name)
+            checks.instance(f'track {checks.shown(name)}', track, Track)
+        events = [_event(event) for event in checks.listed('events', events)]
         self.tracks = dict(tracks)
         keys = [(time, name) for name, track in self.tracks.items() for time in track.times]
         self._marks = sorted([*keys, *events])
@@ -72,7 +75,9 @@ class Timeline:
         return {name: track.at(local) for name, track in self.tracks.items()}
 
     def value(self, name: str, time: float) -> object:
-        """Return one track's value at `time` [s]."""
+        """Return one track's value at `time` [s]; raises ValueError where there is no track."""
+        checks.require(isinstance(name, str) and name in self.tracks, 'name', 'that of a track',
+                       name)
         return self.tracks[name].at(self.local(time))
 
     def local(self, time: float) -> float:
@@ -81,6 +86,7 @@ class Timeline:
 
         Where a round ends and the next begins it is the end's.
         """
+        time = checks.moment('time', time)
         if not self.loop:
             return time
         lap = max(math.ceil((time - TIME_TOLERANCE - self.end) / self.length), 0)
@@ -91,8 +97,10 @@ class Timeline:
         Return [(time [s], name)] of the keys and events in (after, until] [s], in their order.
 
         In a loop the end of one round is the beginning of the next: a mark on both counts once.
-        A mark within TIME_TOLERANCE of an edge is at it.
+        A mark within TIME_TOLERANCE of an edge is at it. Raises ValueError for a span in which so
+        many rounds play that there may be more than MOST_CROSSED.
         """
+        after, until = checks.moment('after', after), checks.moment('until', until)
         found = []
         for lap in self._laps(after, until):
             shift = lap * self.length
@@ -110,11 +118,18 @@ class Timeline:
         """Return the rounds that may have marks in (after, until], one more at either side."""
         if not self.loop:
             return range(1)
-        return range(max(int((after - self.begin) // self.length) - 1, 0),
+        laps = range(max(int((after - self.begin) // self.length) - 1, 0),
                      int((until - self.begin) // self.length) + 2)
+        checks.require(len(laps) * len(self._marks) <= MOST_CROSSED, 'until',
+                       f'at most {MOST_CROSSED // len(self._marks)} rounds of the loop after '
+                       f'{checks.text(after)} s', until)
+        return laps
 
 
-def _event(time, name):
+def _event(event):
     """Return an event; raise ValueError unless it is a time and a text."""
+    checks.require(isinstance(event, (tuple, list)) and len(event) == 2, 'each of events',
+                   'a time [s] and a name', event)
+    time, name = event
     checks.require(isinstance(name, str), 'name of an event', 'a text', name)
-    return checks.finite(f"time of the event '{name}'", time), name
+    return checks.finite(f'time of the event {checks.shown(name)}', time), name

@@ -23,6 +23,7 @@ from collections.abc import Iterable, Sequence
 import copy
 import itertools
 import math
+import numbers
 
 from flag_sim.animation.laws import LAWS, monotone_slopes, STEPPED
 from flag_sim.parameters import checks
@@ -63,17 +64,19 @@ class Track:
     def __init__(self, times: Iterable[float], values: Iterable,
                  laws: Iterable[str] | None = None, is_angle: bool = False,
                  turns: bool = False):
-        self.times = [_time(time) for time in _listed('times', times)]
-        self.values = _listed('values', values)
+        self.times = [_time(time) for time in checks.listed('times', times)]
+        self.values = [_plain(value) for value in checks.listed('values', values)]
         self.is_angle = checks.boolean('is_angle', is_angle)
         self.turns = checks.boolean('turns', turns)
         is_stepped = any(isinstance(value, STEPPED) for value in self.values)
-        laws = [] if laws is None else _listed('laws', laws)
+        laws = [] if laws is None else checks.listed('laws', laws)
         self.laws = laws or ['step' if is_stepped else 'linear'] * len(self.times)
         self._check(is_stepped)
         self._path = self.values
         if not is_stepped:
             self._path = _numbers(self.values)
+            checks.require(self._path.ndim == 1 or not is_angle, 'values',
+                           'single numbers where is_angle', self.values)
             if is_angle and not turns:
                 self._path = short_way(self._path)
             self._path = self._path.tolist()  # plain numbers are faster one by one
@@ -93,12 +96,14 @@ class Track:
                 raise ValueError(f'times must be at least {LEAST_KEY_SPACING:g} s apart; {later} '
                                  f'follows {earlier}')
         for law in self.laws:
-            if law not in LAWS:
-                raise ValueError(f"law '{law}' is not one of {', '.join(LAWS)}")
+            if not isinstance(law, str) or law not in LAWS:
+                raise ValueError(f"law {checks.shown(law)} is not one of {', '.join(LAWS)}")
             if is_stepped and law != 'step':
                 raise ValueError(f"law '{law}' cannot lead between texts or booleans; use step")
         if len({isinstance(value, STEPPED) and type(value) for value in self.values}) > 1:
-            raise ValueError(f'values must be of one type: {self.values}')
+            raise ValueError(f'values must be of one type: {checks.shown(self.values)}')
+        checks.require(not (is_stepped and self.is_angle), 'values', 'numbers where is_angle',
+                       self.values)
 
     def _cubic_slopes(self):
         """
@@ -179,8 +184,7 @@ class Track:
 
         At a key it is exactly the key's value; a vector comes as a list (k,).
         """
-        if not math.isfinite(time):
-            raise ValueError(f'time must be finite, not {time}')
+        time = checks.moment('time', time)
         k = bisect.bisect_right(self.times, time + TIME_TOLERANCE) - 1
         if k < 0 or k == len(self.times) - 1 or time <= self.times[k]:
             return self.values[max(k, 0)]
@@ -206,20 +210,13 @@ def short_way(angles: Sequence[float]) -> np.ndarray:
     return angles - TURN * np.concatenate([[0.0], np.cumsum(np.sign(steps) * turns)])
 
 
-def _listed(name, values):
-    """Return values as a list; raise ValueError for what is not one, such as a text."""
-    if isinstance(values, (str, bytes, dict)) or not hasattr(values, '__iter__'):
-        raise ValueError(f'{name} must be a list, not {values!r}')
-    return list(values)
-
-
 def _time(time):
     if isinstance(time, (bool, str, bytes)):
-        raise ValueError(f'times must be numbers, not {time!r}')
+        raise ValueError(f'times must be numbers, not {checks.shown(time)}')
     try:
         number = float(time) + 0.0  # which makes 0 of -0
     except (TypeError, ValueError, OverflowError):
-        raise ValueError(f'times must be numbers, not {time!r}') from None
+        raise ValueError(f'times must be numbers, not {checks.shown(time)}') from None
     if not math.isfinite(number):
         raise ValueError(f'times must be finite, not {number}')
     if abs(number) > LATEST_KEY:
@@ -227,19 +224,30 @@ def _time(time):
     return number
 
 
+def _plain(value):
+    """Return a value, or an array, of numpy as Python's own; any other as it is."""
+    return value.tolist() if isinstance(value, (np.generic, np.ndarray)) else value
+
+
 def _numbers(values):
     """Return values as an array (n,) or (n, k); raise ValueError where they are no numbers."""
     try:
-        numbers = np.array(values, float)
+        for value in values:
+            for one in value if isinstance(value, (list, tuple)) else [value]:
+                if not isinstance(one, numbers.Real) or isinstance(one, bool):
+                    raise TypeError
+        array = np.array(values, float)
+        if not array.size:
+            raise ValueError
     except (TypeError, ValueError, OverflowError):
         raise ValueError('values must be numbers, or vectors of one length, not '
-                         f'{values}') from None
-    bad = numbers[~(np.abs(numbers) <= checks.LARGEST)]
+                         f'{checks.shown(values)}') from None
+    bad = array[~(np.abs(array) <= checks.LARGEST)]
     if bad.size and np.isfinite(bad[0]):
         raise ValueError(f'values must be at most {checks.LARGEST:g} in size, not {bad[0]}')
     if bad.size:
         raise ValueError(f'values must be finite, not {bad[0]}')
-    return numbers
+    return array
 
 
 def _between(law, fraction, before, after, slopes):

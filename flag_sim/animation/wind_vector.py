@@ -27,11 +27,12 @@ def wind_vector(speed: float, azimuth: float, elevation: float,
 
     speed [m/s]; azimuth [rad] from +x towards +y; elevation [rad] above the ground.
     gust: turbulence as fractions of the speed: along the wind, across it to the left, upwards.
-    Raises ValueError unless all are finite numbers, three of them in gust.
+    Raises ValueError unless all are numbers, three of them in gust, of at most checks.LARGEST.
     """
-    speed, azimuth, elevation = (checks.finite(name, value) for name, value in (
+    most = checks.LARGEST
+    speed, azimuth, elevation = (checks.finite(name, value, -most, most) for name, value in (
         ('speed', speed), ('azimuth', azimuth), ('elevation', elevation)))
-    gust = checks.vector('gust', gust)
+    gust = checks.vector('gust', gust, most)
     ahead, up = np.cos(elevation), np.sin(elevation)
     x, y = np.cos(azimuth), np.sin(azimuth)
     axes = np.array([[ahead * x, ahead * y, up],      # along the wind
@@ -50,17 +51,29 @@ class Passage:
     whatever the times that were asked for before, and so whatever the frame rate.
 
     Kept is the last lattice point alone: a time after it costs the lattice points up to there,
-    an earlier one all of them from `start` on. Raises ValueError for a time before `start`.
+    an earlier one all of them from `start` on. Raises ValueError for a time before `start`, for
+    one more than LONGEST_SPAN beyond the point from which it is reached, and for a speed that is
+    no number of at most checks.LARGEST.
     """
 
     STEP = 1.0 / 64.0  # of the lattice [s]: gusts shorter than a frame of 60 Hz are not seen
+    LONGEST_SPAN = 7 * 24 * 3600  # reached at once [s]: it takes some ten seconds
 
     def __init__(self, speed_at: Callable[[float], float], start: float = 0.0,
                  distance: float = 0.0):
-        self._speed_at = speed_at
-        self._start = checks.finite('start', start)
-        self._distance = checks.finite('distance', distance)
+        checks.require(callable(speed_at), 'speed_at', 'a function of the time', speed_at)
+        self._speed_of = speed_at
+        self._start = checks.moment('start', start)
+        self._distance = checks.finite('distance', distance, -checks.LARGEST, checks.LARGEST)
         self._begin()
+
+    def _speed_at(self, time):
+        """Return the speed [m/s] that a time [s] has; raise ValueError if it is no number."""
+        speed = self._speed_of(time)
+        if type(speed) is float and -checks.LARGEST <= speed <= checks.LARGEST:
+            return speed
+        return checks.finite(f'speed_at({checks.text(time)})', speed, -checks.LARGEST,
+                             checks.LARGEST)
 
     def _begin(self):
         """Stand at the lattice's first point, `start`."""
@@ -71,6 +84,10 @@ class Passage:
     def at(self, time: float) -> float:
         """Return the distance [m] passed at `time` [s], which is not before `start`."""
         time = checks.finite('time', time, low=self._start)
+        known = self._start + self._point * self.STEP
+        most = (known if time >= known else self._start) + self.LONGEST_SPAN
+        checks.require(time <= most, 'time', f'at most {most:.12g}, {self.LONGEST_SPAN} s after '
+                       'what is known', time)
         point = int((time - self._start) / self.STEP)
         if point < self._point:
             self._begin()

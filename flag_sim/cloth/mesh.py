@@ -130,6 +130,11 @@ class Mesh:
         start = -(memory.ctypes.data // memory.itemsize) % self._line
         return memory[start:start + count * self.size].reshape(count, self.size)
 
+    def __reduce__(self):
+        """Let a copy, also one of a file, have fields that begin where caches like it."""
+        return type(self), (self.rows, self.columns, self.length, self.width, self.pinned,
+                            self.precision)
+
     def pad(self, grid: np.ndarray) -> np.ndarray:
         """Return a new flat field (mesh.size,) that holds grid (rows, columns), zero at ghosts."""
         flat = self.fields(1)[0]

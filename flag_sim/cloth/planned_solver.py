@@ -37,6 +37,10 @@ class PlannedSolver:
         self.solver = kind(model)
         self._bounds = kind.frequency_bound(model), damping_bound(model)
 
+    def __reduce__(self):
+        """Let a copy, also one of a file, have arrays of its own to compute in."""
+        return _restored, (self._mesh, self._material, self._kind, self.solver.model.factors)
+
     def plan(self, dt: float, air: Air, stepping: Stepping) -> Plan:
         """Return how a frame of dt [s] is divided, and make the solver ready for these steps."""
         largest_step = functools.partial(self._kind.largest_step, air=air)
@@ -44,9 +48,20 @@ class PlannedSolver:
                      SHORTEST_STEP[self._mesh.precision])
         factors = (steps.stiffness_factor, steps.damping_factor)
         if factors != self.solver.model.factors:
-            self.solver = self._kind(Model(self._mesh, self._material, *factors))
+            self._soften(factors)
         return steps
+
+    def _soften(self, factors):
+        """Make the solver for the material times the factors."""
+        self.solver = self._kind(Model(self._mesh, self._material, *factors))
 
     def hint(self, name: str, step: float, safety: float, air: Air) -> str:
         """Return which step would have been stable instead of `step` [s]; name: the solver's."""
         return stability_hint(name, step, safety, *self._bounds, air)
+
+
+def _restored(mesh, material, kind, factors):
+    """Return a PlannedSolver whose model is softened already."""
+    planned = PlannedSolver(mesh, material, kind)
+    planned._soften(factors)
+    return planned

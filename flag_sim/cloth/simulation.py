@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """The cloth as its users meet it: parameters outside, a state inside, frame by frame."""
+import copy
 import functools
 
 from flag_sim.cloth.constraints import constrain
@@ -89,10 +90,8 @@ class Cloth:
         self.air = _or_default(air, Air)
         self.gravity = gravity
         self.stepping = _or_default(stepping, Stepping)
-        self._pole = None
-        self.start_noise = start_noise
-        self.start_seed = start_seed
-        self._held = 0
+        self._pole, self._held = None, 0
+        self.start_noise, self.start_seed = start_noise, start_seed
         self._pool = ThreadPool(Options.accepted('threads', threads))
         self._solver_name = checks.choice('solver', solver, SOLVERS)
         self._put_on(Mesh(rows, columns, length, width, pinned, precision), hoist_top)
@@ -110,6 +109,10 @@ class Cloth:
                            'Greatest distance from flat at which the cloth starts [m].')
     start_seed = _setting('start_seed', Options.accepted,
                           'Which of all random bumps the cloth starts with.')
+
+    def __copy__(self) -> 'Cloth':
+        """Return a cloth of its own that goes on as this one would, as copy.deepcopy does."""
+        return copy.deepcopy(self)
 
     @property
     def mesh(self) -> Mesh:

@@ -34,6 +34,10 @@ class State:
         self.data = mesh.fields(6)
         self.nodes = Nodes(tuple(self.data[:3]), tuple(self.data[3:]))
 
+    def __reduce__(self):
+        """Let a copy, also one of a file, have its six fields in one array too."""
+        return _restored, (self.mesh, self.origin, self.data)
+
     @property
     def position(self) -> Field:
         """Return x, y and z of the positions [m]: three flat arrays (mesh.size,)."""
@@ -71,3 +75,10 @@ class State:
 
     def _stack(self, axes: Field) -> np.ndarray:
         return np.stack([self.mesh.grid(axis) for axis in axes], axis=-1).astype(np.float64)
+
+
+def _restored(mesh, origin, data):
+    """Return a State that holds a copy of data."""
+    state = State(mesh, origin)
+    state.data[...] = data
+    return state

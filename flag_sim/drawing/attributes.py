@@ -38,12 +38,12 @@ def interpolate(visibility: Visibility, values: np.ndarray | list, at: str = 've
     (n, 2, channels), the front first. interpolation: 'perspective' is linear in space, 'screen'
     linear from pixel to pixel, except where a triangle reaches behind the eye. nothing: what
     pixels show where nothing is. No value leaves the range of its triangle's vertices.
-    Raises ValueError for other words, shapes and types.
+    Raises ValueError for other words, shapes and types, and for what float32 cannot hold.
     """
     checks.instance('visibility', visibility, Visibility)
     checks.choice('at', at, ('vertices', 'triangles'))
     checks.choice('interpolation', interpolation, INTERPOLATIONS)
-    nothing = float(ranges.points('nothing', nothing, ()))
+    nothing = ranges.single('nothing', ranges.number('nothing', nothing))
     parts = values if isinstance(values, (list, tuple)) else [values]
     checks.require(len(parts) > 0, 'values', 'one array or one for each object', values)
     parts = [_two_sided(f'values[{number}]', part) for number, part in enumerate(parts)]
@@ -63,7 +63,7 @@ def _two_sided(name, values):
     array = ranges.numbers(name, values)
     array = ranges.points(name, array, (None, 2, None) if array.ndim == 3 else (None, None))
     array = array if array.ndim == 3 else np.repeat(array[:, None], 2, axis=1)
-    return np.ascontiguousarray(array, dtype=np.float64)
+    return np.ascontiguousarray(ranges.single(name, array), dtype=np.float64)
 
 
 @kernel

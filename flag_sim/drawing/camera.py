@@ -122,7 +122,7 @@ class Camera(Declared):
 
     def pixels_per_metre(self, distance: float) -> float:
         """Return how long [pixel] a metre across the view is at `distance` [m] from the camera."""
-        distance = float(ranges.points('distance', distance, ()))
+        distance = ranges.number('distance', distance)
         checks.require(distance >= 0.0, 'distance', 'at least 0', distance)
         return self.focal / max(distance, self.near) if self.is_perspective else self.focal
 

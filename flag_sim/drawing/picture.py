@@ -54,13 +54,18 @@ class Picture:
     >>> frame.colour, frame.depth
     """
 
-    __slots__ = ('_pool', '_scene', '_framebuffer', '_colours', '_buffers')
+    __slots__ = ('_threads', '_pool', '_scene', '_framebuffer', '_colours', '_buffers')
 
     def __init__(self, threads: int = THREADS.default):
         """Begin without buffers: the first frame's camera says how large they are."""
-        self._pool = ThreadPool(THREADS.convert(threads))
+        self._threads = THREADS.convert(threads)
+        self._pool = ThreadPool(self._threads)
         self._scene = self._framebuffer = self._colours = None
         self._buffers = {}
+
+    def __reduce__(self):
+        """Let a copy, also one of a file, begin without buffers: it draws the same."""
+        return type(self), (self._threads,)
 
     def draw(self, flag_vertices: np.ndarray, flag_normals: np.ndarray | None = None,
              camera: Camera = Camera(), light: Light = Light(),

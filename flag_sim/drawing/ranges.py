@@ -17,6 +17,7 @@ from flag_sim.parameters import checks
 
 import numpy as np
 
+MOST_SINGLE = float(np.finfo(np.float32).max)
 
 def numbers(name: str, value) -> np.ndarray:
     """
@@ -27,11 +28,30 @@ def numbers(name: str, value) -> np.ndarray:
     try:
         array = np.asarray(value)
     except ValueError:
-        raise ValueError(f'{name} must be an array of real numbers, not {value!r}') from None
-    if array.dtype.kind not in 'fiu':
-        checks.require(False, name, 'an array of real numbers',
-                       value if array.dtype.kind == 'O' else array.dtype.name)
+        array = None
+    if array is None or array.dtype.kind not in 'fiu':
+        checks.require(False, name, 'an array of real numbers', value)
     return array
+
+
+def number(name: str, value) -> float:
+    """Return value as a float, which may be nan or infinite; raises ValueError for other types."""
+    try:
+        array = numbers(name, value)
+    except ValueError:
+        array = None
+    if array is None or array.ndim:
+        checks.require(False, name, 'a number', value)
+    return float(array)
+
+
+def single(name: str, values: np.ndarray | float) -> np.ndarray | float:
+    """Return values; raises ValueError for finite ones that are beyond float32's range."""
+    bad = np.extract(np.isfinite(values) & (np.abs(values) > MOST_SINGLE), values)
+    if bad.size:
+        checks.require(False, name, f'at most {MOST_SINGLE:.6g} in size, as float32 holds it',
+                       float(bad[0]))
+    return values
 
 
 def points(name: str, value, shape: tuple) -> np.ndarray:

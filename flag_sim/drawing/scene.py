@@ -103,10 +103,15 @@ def sheet(vertices: np.ndarray, normals: np.ndarray | None = None, surface: Surf
     direction) x (column direction), or None to average them (eq. 1.13).
     Raises ValueError for other shapes and types, and for fewer than two rows or columns.
     """
-    vertices = ranges.points('flag_vertices', vertices, (None, None, 3))
+    return _sheet('', vertices, normals, surface, label)
+
+
+def _sheet(prefix, vertices, normals, surface, label):
+    """Return a sheet of which the arguments' names begin with a prefix, where they are refused."""
+    vertices = ranges.points(f'{prefix}vertices', vertices, (None, None, 3))
     triangles = grid_triangles(*vertices.shape[:2])
     if normals is not None:
-        normals = ranges.points('flag_normals', normals, vertices.shape).reshape(-1, 3)
+        normals = ranges.points(f'{prefix}normals', normals, vertices.shape).reshape(-1, 3)
     return Object(vertices.reshape(-1, 3), triangles, normals, surface, label)
 
 
@@ -128,7 +133,7 @@ def flag_scene(flag_vertices: np.ndarray, flag_normals: np.ndarray | None = None
     checks.instance('camera', camera, Camera)
     checks.instance('materials', materials, Materials)
     checks.instance('dimensions', dimensions, Dimensions)
-    flag = sheet(flag_vertices, flag_normals, materials.flag, FLAG)
+    flag = _sheet('flag_', flag_vertices, flag_normals, materials.flag, FLAG)
     return [flag, *_pole_and_platform(camera, materials, dimensions)]
 
 

@@ -33,9 +33,14 @@ class ThreadPool:
 
     def __init__(self, threads: int):
         """Start the threads; raises RuntimeError if the system has none left."""
+        self._threads = threads
         self._choice = ThreadChoice(threads)
         self._workers = Workers(max(self._choice.most - 1, 0))
         self._amount = 1
+
+    def __reduce__(self):
+        """Let a copy, also one of a file, be a pool with threads of its own."""
+        return type(self), (self._threads,)
 
     @property
     def threads(self) -> int:

@@ -28,6 +28,9 @@ import numpy as np
 LARGEST = 1e12
 """Beyond any physical value; its products and roots are far from overflow."""
 
+SHOWN = 120
+"""The most letters of a value that a message shows."""
+
 DIGITS = range(4, 17)
 """With how many digits a limit may be printed, and then typed by a user."""
 
@@ -62,10 +65,19 @@ def within(number: float, low: float, high: float) -> float | None:
     return None
 
 
+def shown(value: object) -> str:
+    """Return a value as a message shows it: its repr on one line, of at most SHOWN letters."""
+    try:
+        words = ' '.join(repr(value).split())
+    except Exception:  # whole numbers of thousands of digits, and whatever a class's repr does
+        words = f'a value of class {type(value).__name__}'
+    return words if len(words) <= SHOWN else words[:SHOWN - 3] + '...'
+
+
 def require(holds: bool, name: str, rule: str, value: object) -> None:
     """Raise ValueError('<name> must be <rule>, not <value>') unless it holds."""
     if not holds:
-        raise ValueError(f'{name} must be {rule}, not {value!r}')
+        raise ValueError(f'{name} must be {rule}, not {shown(value)}')
 
 
 def path(name: str, value: str | Path) -> Path:
@@ -93,17 +105,38 @@ def finite(name: str, value: object, low: float = -math.inf, high: float = math.
             raise TypeError
         is_finite = math.isfinite(value)
     except (TypeError, ValueError, OverflowError):
-        raise ValueError(f'{name} must be a number, not {value!r}') from None
+        raise ValueError(f'{name} must be a number, not {shown(value)}') from None
     number = float(value)
     if not is_finite:
         raise ValueError(f'{name} must be finite, not {number}')
     if not number > above:
-        raise ValueError(f'{name} must be greater than {text(above)}, not {text(number)}')
+        rule = f'greater than {text(above)}'
+        rule += f' and at most {high:g}' if high < math.inf else ''
+        raise ValueError(f'{name} must be {rule}, not {text(number)}')
     kept = within(number, low, high)
     if kept is None:
-        rule = f'between {low:g} and {high:g}' if high < math.inf else f'at least {low:g}'
+        least = f'at least {low:g}' if above == -math.inf else f'greater than {text(above)}'
+        rule = (least if high == math.inf else f'between {low:g} and {high:g}'
+                if above == -math.inf else f'{least} and at most {high:g}')
         raise ValueError(f'{name} must be {rule}, not {text(number)}')
     return kept
+
+
+def moment(name: str, value: object) -> float:
+    """Return a time [s] as a float; raises ValueError unless it is finite and within LARGEST."""
+    if type(value) is float and -LARGEST <= value <= LARGEST:  # asked for with every frame
+        return value
+    return finite(name, value, -LARGEST, LARGEST)
+
+
+def listed(name: str, values: object) -> list:
+    """Return values as a list; raises ValueError for what is not one, such as a text."""
+    if isinstance(values, (str, bytes, dict)) or not hasattr(values, '__iter__'):
+        require(False, name, 'a list', values)
+    try:
+        return list(values)
+    except TypeError:  # an array of no dimension says only here that it is none
+        raise ValueError(f'{name} must be a list, not {shown(values)}') from None
 
 
 def whole(name: str, value: object, low: int, high: int) -> int:
@@ -140,7 +173,7 @@ def vector(name: str, value: object, largest: float = math.inf) -> tuple:
     """Return value as three finite floats; raises ValueError unless of at most largest size."""
     numbers = array(name, value, (3,), largest)
     if any(isinstance(one, (bool, np.bool_)) for one in value):
-        raise ValueError(f'{name} must hold numbers, not {value!r}')
+        raise ValueError(f'{name} must hold numbers, not {shown(value)}')
     return tuple(float(number) for number in numbers)
 
 
@@ -157,7 +190,7 @@ def array(name: str, value: object, shape: tuple, largest: float = math.inf) -> 
             raise TypeError
         numbers = numbers.astype(np.float64, casting='same_kind', copy=False)
     except (TypeError, ValueError):
-        raise ValueError(f'{name} must hold numbers, not {value!r}') from None
+        raise ValueError(f'{name} must hold numbers, not {shown(value)}') from None
     if numbers.shape != shape:
         raise ValueError(f'{name} must have shape {shape}, not {numbers.shape}')
     bad = numbers[~(np.isfinite(numbers) & (np.abs(numbers) <= largest))]

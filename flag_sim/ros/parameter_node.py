@@ -16,11 +16,13 @@
 import difflib
 
 from flag_sim.declarations.nodes import NODES, scene
+from flag_sim.parameters import checks
 from flag_sim.protocol.stopwatch import Stopwatch
 from flag_sim.ros.qos_overrides import ignored_overrides, PREFIX
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.clock import Clock, ClockType
+from rclpy.exceptions import InvalidParameterTypeException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.task import Future
@@ -46,12 +48,21 @@ class ParameterNode(Node):
     """
 
     def __init__(self, name, declarations, **options):
-        super().__init__(name, **options)
+        try:
+            super().__init__(name, **options)
+        except InvalidParameterTypeException:  # of those that rclpy declares, all of them booleans
+            raise BadParameter(self._mistyped()) from None
         self.ended = Future()  # set to the exit status when the node has nothing left to do
         self._stopwatch = Stopwatch()
         self._declarations = {declaration.name: declaration for declaration in declarations}
         self.values = {}
         self._declare()
+
+    def _mistyped(self):
+        """Return what is wrong with the parameters of ROS that were given at the start."""
+        return '; '.join(f'{name} must be a boolean, not {checks.shown(given.value)}'
+                         for name, given in self._parameter_overrides.items()
+                         if name in ROS_NAMES and not isinstance(given.value, bool))
 
     @property
     def figures(self):

@@ -15,6 +15,7 @@
 """The demo: a shot played through four processes in lockstep, and pictures of it."""
 import argparse
 from collections.abc import Sequence
+import os
 from pathlib import Path
 import shutil
 import sys
@@ -148,6 +149,12 @@ def main(args: Sequence[str] | None = None) -> int:
     frames = frames_of(shot)
     if not frames:
         parser.error(f'{shot} is not a shot: it has no number of frames for the wind')
+    try:
+        options.out.mkdir(parents=True, exist_ok=True)
+        if not os.access(options.out, os.W_OK):
+            raise PermissionError('no permission to write there')
+    except OSError as error:
+        parser.error(f'out {options.out} cannot be written: {error}')
     return film(shot, frames, options.out)
 
 

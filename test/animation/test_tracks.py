@@ -155,12 +155,30 @@ def test_angles_half_a_turn_apart_are_found(values, law, far):
     ([0.0, 1.0], [-1e308, 1e308], None, 'at most 1e[+]12 in size, not -1e[+]308'),
     ([0.0, 1.0], [1.0, 10 ** 400], None, 'values must be numbers'),
     ([0.0, 1.0], [1.0, [1.0, 2.0]], None, 'values must be numbers, or vectors of one length'),
-    ([0.0, 1.0], [1.0, None], None, 'finite, not nan'),
+    ([0.0, 1.0], [1.0, None], None, 'values must be numbers, or vectors'),
+    ([0.0, 1.0], [[[1.0, 2.0]], [[3.0, 4.0]]], None, 'values must be numbers, or vectors'),
+    ([0.0, 1.0], [[], []], None, 'values must be numbers, or vectors'),
+    ([0.0, 1.0], [['1', '2'], ['3', '4']], None, 'values must be numbers, or vectors'),
+    ([0.0, 1.0], [b'1', b'2'], None, 'values must be numbers, or vectors'),
+    ([0.0, 1.0], [1.0, 2.0], [['step'], 'step'], "law .'step'. is not one of"),
 ])
 def test_bad_keys_are_refused(times, values, laws, rule):
     """The message names the rule and the value."""
     with pytest.raises(ValueError, match=rule):
         Track(times, values, laws)
+
+
+@pytest.mark.parametrize('values', [['a', 'b'], [True, False], [[1.0, 2.0], [3.0, 4.0]]])
+def test_only_single_numbers_are_angles(values):
+    """Of others there is no short way round."""
+    with pytest.raises(ValueError, match='values must be .*numbers where is_angle, not '):
+        Track([0.0, 1.0], values, is_angle=True)
+
+
+def test_vectors_come_as_lists_at_keys_and_between():
+    """Also those of an array."""
+    track = Track(np.array([0, 1]), np.array([[0, 1], [2, 3]]))
+    assert [track.at(time) for time in (0, 0.5, 1)] == [[0, 1], [1.0, 2.0], [2, 3]]
 
 
 def test_wind_blows_to_its_azimuth_and_elevation():

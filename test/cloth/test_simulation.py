@@ -13,8 +13,10 @@
 # limitations under the License.
 
 """The cloth as its users meet it: parameters and grids that change, input that is wrong."""
+import copy
 import dataclasses
 import math
+import pickle
 import sys
 
 from flag_sim.cloth import Air, Cloth, Diverged, Material, simulation, Stepping
@@ -327,3 +329,25 @@ def test_a_frame_costs_little_beyond_its_steps():
     cloth.advance(1e-3, WIND)
     sys.setprofile(None)
     assert 0 < len(called) < 600
+
+
+@pytest.mark.parametrize('way', [copy.copy, copy.deepcopy,
+                                 lambda cloth: pickle.loads(pickle.dumps(cloth))])
+@pytest.mark.parametrize('parameters', [
+    {}, {'solver': 'implicit', 'precision': 'float32', 'threads': 1},
+    {'threads': 2, 'pole': (0.0, 0.0, 0.05), 'stepping': Stepping(substeps_limit=1)}], ids=str)
+def test_a_copy_goes_on_equally_and_alone(way, parameters):
+    """To the bit, by any way of copying; what one does is nothing to the other."""
+    cloth = Cloth(5, 7, **parameters)
+    cloth.advance(1.0 / 30.0, WIND)
+    other, before = way(cloth), cloth.positions
+    assert other.model.factors == cloth.model.factors and other.held == cloth.held
+    for _ in range(3):
+        other.advance(1.0 / 30.0, WIND)
+    assert np.array_equal(cloth.positions, before)
+    for _ in range(3):
+        cloth.advance(1.0 / 30.0, WIND)
+    assert np.array_equal(cloth.positions, other.positions)
+    assert np.array_equal(cloth.velocities, other.velocities)
+    with pytest.raises(AttributeError):
+        other.stiffness = 1.0

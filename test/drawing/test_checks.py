@@ -13,7 +13,9 @@
 # limitations under the License.
 
 """What cannot be drawn is refused by name, with the rule and the value."""
+import copy
 import math
+import pickle
 import re
 
 from flag_sim.drawing import (
@@ -94,8 +96,10 @@ def test_invalid_styles_are_refused(name, value):
     ({'values': [np.zeros((5, 1)), np.zeros((5, 2))]}, 'as many channels'),
     ({'values': [[['a']]]}, 'values.0. must be an array'), ({'values': []}, 'values must be'),
     ({'values': [[[1.0], [1.0, 2.0]]]}, 'values.0. must be an array'),
-    ({'values': None}, 'values.0. must be an array'), ({'nothing': 'x'}, 'nothing must be'),
-    ({'nothing': (1.0, 2.0)}, 'nothing must be'),
+    ({'values': None}, 'values.0. must be an array'), ({'nothing': 'x'}, "nothing must be a number, not 'x'"),
+    ({'nothing': (1.0, 2.0)}, 'nothing must be a number'),
+    ({'nothing': 1e300}, 'nothing must be at most 3.40282e.38 in size, .*, not 1e.300'),
+    ({'values': np.full((5, 1), -1e300)}, 'values.0. must be at most 3.40282e.38 in size'),
     ({'visibility': None}, 'visibility must be of class Visibility'),
     ({'values': [np.zeros((5, 1))], 'at': 'edges'}, 'at must be one of'),
     ({'values': [np.zeros((5, 1))], 'interpolation': 'cubic'}, 'interpolation must be one of')])
@@ -153,8 +157,8 @@ def test_invalid_bodies_are_refused(arguments, said):
 
 
 @pytest.mark.parametrize('arguments, said', [
-    ((None,), 'flag_vertices must be'), ((wave()[:1],), '2 x 2'),
-    ((wave(), wave()[1:]), 'flag_normals must be'), ((wave(), None, 'red'), 'surface must be'),
+    ((None,), '^vertices must be'), ((wave()[:1],), '2 x 2'),
+    ((wave(), wave()[1:]), '^normals must be'), ((wave(), 'abc'), "^normals must .*, not 'abc'"), ((wave(), None, 'red'), 'surface must be'),
     ((wave(), None, Surface(), 256), 'label must be')])
 def test_invalid_sheets_are_refused(arguments, said):
     with pytest.raises(ValueError, match=said):
@@ -200,3 +204,23 @@ def test_invalid_distances_are_refused(distance):
 def test_invalid_grids_are_refused(rows, columns):
     with pytest.raises(ValueError, match='rows|columns|2 x 2'):
         grid_triangles(rows, columns)
+
+
+@pytest.mark.parametrize('draw', [
+    lambda: Picture().draw('abc'), lambda: Picture().draw(wave() + 0j),
+    lambda: Picture().draw_scene([wave()])])
+def test_a_refusal_shows_the_value_on_one_line(draw):
+    with pytest.raises(ValueError) as error:
+        draw()
+    said = str(error.value)
+    assert re.search(", not ('abc'|array)", said) and len(said) <= 300 and '\n' not in said
+
+
+@pytest.mark.parametrize('way', [copy.copy, copy.deepcopy,
+                                 lambda thing: pickle.loads(pickle.dumps(thing))])
+def test_a_copy_of_a_picture_draws_the_same_into_buffers_of_its_own(way):
+    picture = Picture(threads=1)
+    frame = picture.draw(wave(), camera=Camera(64, 48))
+    again = way(picture).draw(wave(), camera=Camera(64, 48))
+    assert np.array_equal(frame.colour, again.colour)
+    assert not np.shares_memory(frame.colour, again.colour)

@@ -27,6 +27,7 @@ import numpy as np
 import pytest
 
 TRACK = Track([0.0, 1.0], [0.0, 1.0])
+LOOP = Timeline({'a': TRACK}, loop=True)
 
 
 @pytest.fixture(scope='module')
@@ -153,6 +154,30 @@ def test_no_field_takes_what_is_no_quantity(kind, value):
     (lambda: Timeline({'a': TRACK}, loop='no'), "loop must be True or False, not 'no'"),
     (lambda: TRACK.at(math.nan), 'time must be finite, not nan'),
     (lambda: Timeline({'a': TRACK}).value('a', math.inf), 'time must be finite, not inf'),
+    (lambda: TRACK.at('x'), "time must be a number, not 'x'"),
+    (lambda: TRACK.at(10**400), 'time must be a number, not 1000'),
+    (lambda: LOOP.at(None), 'time must be a number, not None'),
+    (lambda: LOOP.at(math.inf), 'time must be finite, not inf'),
+    (lambda: LOOP.at(1e308), 'time must be between -1e+12 and 1e+12, not 1e+308'),
+    (lambda: LOOP.value('a', math.nan), 'time must be finite, not nan'),
+    (lambda: LOOP.value('b', 0), "name must be that of a track, not 'b'"),
+    (lambda: LOOP.value(['a'], 0), "name must be that of a track, not ['a']"),
+    (lambda: LOOP.crossed('a', 1), "after must be a number, not 'a'"),
+    (lambda: LOOP.crossed(0, math.nan), 'until must be finite, not nan'),
+    (lambda: LOOP.crossed(0, 1e12), 'until must be at most 500000 rounds of the loop after 0 s'),
+    (lambda: Timeline(None), 'tracks must be a dict of names and Tracks, not None'),
+    (lambda: Timeline([1]), 'tracks must be a dict of names and Tracks, not [1]'),
+    (lambda: Timeline({1: TRACK}, [(0, 'a')]), 'name of a track must be a text, not 1'),
+    (lambda: Timeline({}, 5), 'events must be a list, not 5'),
+    (lambda: Timeline({}, [(1,)]), 'each of events must be a time [s] and a name, not (1,)'),
+    (lambda: Gusts(5.0, 0).at(1e308), 'distance must be between -1e+24 and 1e+24, not 1e+308'),
+    (lambda: wind_vector(1e308, 0.0, 0.0), 'speed must be between -1e+12 and 1e+12, not 1e+308'),
+    (lambda: wind_vector(1.0, 0.0, 0.0, (1e308, 0, 0)), 'gust must be finite and at most 1e+12'),
+    (lambda: Passage(5), 'speed_at must be a function of the time, not 5'),
+    (lambda: Passage(lambda _: 'x'), "speed_at(0) must be a number, not 'x'"),
+    (lambda: Passage(lambda _: None), 'speed_at(0) must be a number, not None'),
+    (lambda: Passage(lambda _: math.nan), 'speed_at(0) must be finite, not nan'),
+    (lambda: Passage(float).at(1e9), 'time must be at most 604800, 604800 s after what is known'),
     (lambda: Gusts('long', 0), "length must be a number from 0.01 to 10000 [m], not 'long'"),
     (lambda: Gusts(math.nan, 0), 'length must be a number from 0.01 to 10000 [m], not nan'),
     (lambda: Gusts(5.0, -1), 'seed must be a whole number from 0 to 2147483647, not -1'),
@@ -167,7 +192,32 @@ def test_no_animation_is_made_of_what_cannot_be_played(make, said):
     """By the words of who calls it, not by those of the nodes' parameters."""
     with pytest.raises(ValueError) as error:
         make()
-    assert str(error.value).startswith(said)
+    assert str(error.value).startswith(said) and len(str(error.value)) <= 300
+
+
+@pytest.mark.parametrize('value, words', [
+    ('ab', "'ab'"), (np.zeros(2), 'array([0., 0.])'), (10**5000, 'a value of class int')],
+    ids=['text', 'array', 'digits'])
+def test_a_short_value_is_shown_as_it_is(value, words):
+    """Or by its class, where Python itself does not show it."""
+    assert checks.shown(value) == words
+
+
+@pytest.mark.parametrize('value', [np.zeros((9, 9, 3), complex), [0.5] * 999, 'a' * 999])
+def test_a_long_value_is_shown_by_its_beginning(value):
+    """On one line, whichever check refuses it."""
+    for check in (lambda: checks.array('it', value, (3,)), lambda: checks.boolean('it', value),
+                  lambda: checks.finite('it', value)):
+        with pytest.raises(ValueError) as error:
+            check()
+        assert len(str(error.value)) <= 300 and '\n' not in str(error.value)
+
+
+@pytest.mark.parametrize('dt', [3601, -1, 0.0])
+def test_a_range_that_is_open_below_says_so(cloth, dt):
+    """It has no end that a user could take."""
+    with pytest.raises(ValueError, match=f'dt must be greater than 0 and at most 3600, not {dt:g}'):
+        cloth.advance(dt)
 
 
 @pytest.mark.parametrize('value', [3, 3.0, np.float32(3.0), np.int64(3), np.array(3.0)], ids=repr)

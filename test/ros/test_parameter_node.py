@@ -48,6 +48,8 @@ from support.watch import eventually, Watcher
     ('wind', ['keys.sun.speed.times:=[0.0]'], "'sun.speed' must begin with one of wind, physics"),
     ('wind', ['tracks:=[renderer.threads]'], 'this parameter cannot be keyed'),
     ('wind', ['save_to:=/nowhere/shot.yaml'], 'there is no folder /nowhere'),
+    ('wind', ['use_sim_time:=5'], 'use_sim_time must be a boolean, not 5'),
+    ('physics', ['use_sim_time:=[true]'], 'use_sim_time must be a boolean, not [True]'),
     ('recorder', ['topics:=[]'], 'nothing to record'),
     ('recorder', ['topics:=[images]'], "'images' is not one of"),
     ('recorder', ['topics:=[reset]'], "'reset' is not one of"),

@@ -36,6 +36,16 @@ def test_an_invalid_shot_is_refused_with_the_names_of_the_valid_ones(capsys, sho
     assert said in capsys.readouterr().err
 
 
+@pytest.mark.parametrize('out', ['file', 'file/below', '/proc/x'])
+def test_a_folder_that_cannot_be_written_is_one_line_and_status_2(tmp_path, capsys, out):
+    """As the study's output is; nothing is started."""
+    (tmp_path / 'file').write_text('something else')
+    with pytest.raises(SystemExit) as end:
+        demo.main(['--out', str(tmp_path / out)])
+    said = capsys.readouterr().err.splitlines()[-1]
+    assert end.value.code == 2 and f'{tmp_path / out} cannot be written' in said
+
+
 def test_every_shot_has_frames():
     """As many as its file says."""
     assert demo.frames_of(config_path('gust.yaml')) > 1
