@@ -18,6 +18,8 @@ from flag_sim.parameters import checks
 import numpy as np
 
 MOST_SINGLE = float(np.finfo(np.float32).max)
+"""The greatest number that float32 holds."""
+
 
 def numbers(name: str, value) -> np.ndarray:
     """

@@ -96,7 +96,8 @@ def test_invalid_styles_are_refused(name, value):
     ({'values': [np.zeros((5, 1)), np.zeros((5, 2))]}, 'as many channels'),
     ({'values': [[['a']]]}, 'values.0. must be an array'), ({'values': []}, 'values must be'),
     ({'values': [[[1.0], [1.0, 2.0]]]}, 'values.0. must be an array'),
-    ({'values': None}, 'values.0. must be an array'), ({'nothing': 'x'}, "nothing must be a number, not 'x'"),
+    ({'values': None}, 'values.0. must be an array'),
+    ({'nothing': 'x'}, "nothing must be a number, not 'x'"),
     ({'nothing': (1.0, 2.0)}, 'nothing must be a number'),
     ({'nothing': 1e300}, 'nothing must be at most 3.40282e.38 in size, .*, not 1e.300'),
     ({'values': np.full((5, 1), -1e300)}, 'values.0. must be at most 3.40282e.38 in size'),
@@ -158,7 +159,9 @@ def test_invalid_bodies_are_refused(arguments, said):
 
 @pytest.mark.parametrize('arguments, said', [
     ((None,), '^vertices must be'), ((wave()[:1],), '2 x 2'),
-    ((wave(), wave()[1:]), '^normals must be'), ((wave(), 'abc'), "^normals must .*, not 'abc'"), ((wave(), None, 'red'), 'surface must be'),
+    ((wave(), wave()[1:]), '^normals must be'),
+    ((wave(), 'abc'), "^normals must .*, not 'abc'"),
+    ((wave(), None, 'red'), 'surface must be'),
     ((wave(), None, Surface(), 256), 'label must be')])
 def test_invalid_sheets_are_refused(arguments, said):
     with pytest.raises(ValueError, match=said):
