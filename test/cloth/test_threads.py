@@ -19,7 +19,7 @@ import sys
 import threading
 
 from flag_sim.cloth import Cloth
-from flag_sim.cloth.mesh import Mesh, SMALLEST_BAND, PRECISIONS
+from flag_sim.cloth.mesh import Mesh, PRECISIONS, SMALLEST_BAND
 from flag_sim.cloth.solvers import SOLVERS
 import numpy as np
 import pytest

@@ -156,7 +156,8 @@ def test_nan_and_infinite_numbers_are_refused(bench, capfd):
 
 
 @pytest.mark.parametrize('arguments, rule', [
-    ('area_density:=0.0', 'area_density must be a number from 1.0e-06 to 1.0e+06 [kg/m2], not 0.0'),
+    ('area_density:=0.0',
+     'area_density must be a number from 1.0e-06 to 1.0e+06 [kg/m2], not 0.0'),
     ('area_density:=-0.2', 'not -0.2'),
     ('stiffness:=.nan', 'not nan'),
     ('damping:=.inf', 'not inf'),

@@ -27,7 +27,8 @@ from support.watch import eventually, Watcher
 
 
 @pytest.mark.parametrize('node, arguments, said', [
-    ('physics', ['stiffness:=-5.0'], 'stiffness must be a number from 0 to 1.0e+09 [N/m], not -5.0'),
+    ('physics', ['stiffness:=-5.0'],
+     'stiffness must be a number from 0 to 1.0e+09 [N/m], not -5.0'),
     ('physics', ['stiffness:=soft'], "not 'soft'"),
     ('physics', ['grid.rows:=1'], 'grid.rows must be a whole number from 2'),
     ('physics', ['grid.rows:=2.5'], 'not 2.5'),
