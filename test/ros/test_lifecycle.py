@@ -204,6 +204,7 @@ def test_a_second_take_in_a_bag_is_told_once(tmp_path, domain):
             eventually(lambda: len(done) > 20 and graph.log('recorder').count(
                 'another take begins') >= takes, watcher)
             assert graph.log('recorder').count('another take begins') == takes
+            eventually(reset.get_subscription_count, watcher)
             reset.publish(Empty())
         assert graph.end('recorder') == 0
         assert '3 takes' in graph.log('recorder')
