@@ -34,7 +34,7 @@ import tempfile
 
 from flag_sim.jit.compilers import PartLibrary
 import numba
-from numba.core.caching import FunctionCache, NullCache
+from numba.core.caching import FunctionCache, IndexDataCacheFile, NullCache
 from numba.core.compiler import compile_result
 
 PACKAGE = Path(__file__).resolve().parents[1]
@@ -153,6 +153,23 @@ class _PartCacheImpl(_CacheImpl):
             objectmode=objectmode, lifted=lifted, reload_init=loads[0], referenced_envs=loads[1])
 
 
+class _CacheFile(IndexDataCacheFile):
+    """
+    The files of a kernel: an index, and one of machine code for each combination of types.
+
+    numba numbers the latter, and reads the index for the next number. Two processes that compile
+    for different types at once, as two nodes of different precision do, may take the same number,
+    and one then loads the other's code ever after. Here the types give the name, and the index
+    comes last: an entry that another process overwrites is compiled once more, and that is all.
+    """
+
+    def save(self, key, data):
+        """Keep machine code; key: the types that it is for, and the processor."""
+        name = self._data_name(int(hashlib.sha256(repr(key).encode()).hexdigest()[:12], 16))
+        self._save_data(name, data)
+        self._save_index({**self._load_index(), key: name})
+
+
 _missed = []  # kernels that no cache held: each was compiled by this process
 
 
@@ -168,6 +185,7 @@ class KernelCache(FunctionCache):
 
     def __init__(self, function):
         super().__init__(function)
+        self._cache_file = _CacheFile(self._cache_path, self._impl.filename_base, fingerprint())
         # numba does not read what another version kept. What other sources kept must not be read
         # either: it may name classes that are gone.
         self._cache_file._version += fingerprint()

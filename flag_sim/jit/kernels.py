@@ -37,7 +37,7 @@ def kernel(function: Callable = None, **options) -> Callable:
       would fold isfinite() to True.
     - nogil: other threads may run meanwhile.
     - no two arguments overlap: see NoAliasCompiler.
-    - no_cfunc_wrapper: no function of C's calls it; half a second less to compile a long one.
+    - no_cfunc_wrapper: no function of C's calls it, so no wrapper for one is compiled.
 
     `options` replace any of these. cache: False for one that is not kept on the disk.
     """

@@ -267,3 +267,26 @@ def test_a_folder_in_the_home_is_ours_alone(copy, tmp_path):
             for folder in (tmp_path / 'home' / '.cache').iterdir()} == {0o700}
     assert use(copy, **places) == (first, 1)
     assert not list((tmp_path / 'temporary').iterdir())
+
+
+TWO_AT_ONCE = """
+from flag_sim.jit.cache import KernelCache
+from flag_sim.cloth import normals
+first, second = (KernelCache(normals._normalise.py_func)._cache_file for _ in range(2))
+# Both look into the index before either has written to it, and the first is slow to write.
+first._load_index = second._load_index = lambda: {}
+first._save_data = lambda name, code: late.append((name, code))
+late = []
+first.save('float64', 'code for float64')
+second.save('float32', 'code for float32')
+del first._load_index, second._load_index, first._save_data
+first._save_data(*late[0])
+print(second.load('float32'), first.load('float64'))
+"""
+
+
+def test_processes_that_compile_at_once_never_load_the_code_of_other_types(copy):
+    """What one overwrites in the index, the other compiles again."""
+    done = subprocess.run([sys.executable, '-c', TWO_AT_ONCE], cwd=copy, check=True, text=True,
+                          capture_output=True, env={**os.environ, 'PYTHONPATH': str(copy)})
+    assert done.stdout.strip() == 'code for float32 None'

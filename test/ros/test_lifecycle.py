@@ -200,9 +200,11 @@ def test_a_second_take_in_a_bag_is_told_once(tmp_path, domain):
         graph.start('recorder', '-p', f'path:={tmp_path / "bag"}')
         graph.start('wind', *SHOT, '-p', 'wait_for:=[renderer, recorder]')
         for takes in (0, 1, 2):
-            del done[:]
-            eventually(lambda: len(done) > 20, watcher)
+            del done[:]  # some of the take before may still come
+            eventually(lambda: len(done) > 20 and graph.log('recorder').count(
+                'another take begins') >= takes, watcher)
             assert graph.log('recorder').count('another take begins') == takes
+            eventually(reset.get_subscription_count, watcher)
             reset.publish(Empty())
         assert graph.end('recorder') == 0
         assert '3 takes' in graph.log('recorder')
@@ -303,18 +305,18 @@ def test_real_time_keeps_to_the_clock(tmp_path, domain):
     """Frames come at the rate, with stamps n / rate, and the shot ends with status 0."""
     with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
         wind, clock = watcher.listen('wind'), watcher.listen('/clock')
-        graph.start('wind', '-p', 'rate:=50.0', '-p', 'frames:=100', '-p', 'publish_clock:=true',
+        graph.start('wind', '-p', 'rate:=50.0', '-p', 'frames:=300', '-p', 'publish_clock:=true',
                     '-p', 'wait_for:=[]')
         eventually(lambda: graph.processes['wind'].poll() is not None, watcher)
         assert graph.processes['wind'].poll() == 0, graph.log('wind')
         for _ in range(5):
             watcher.spin()
-        assert 'over: 100 frames, 0 sent again' in graph.log('wind')
+        assert 'over: 300 frames, 0 sent again' in graph.log('wind')
     stamps = [to_stamp(message.header.stamp) for message in wind]
     # The first frames may go before anybody is there, and a busy machine may miss some.
-    assert len(stamps) > 20
+    assert len(stamps) > 50
     assert all(stamp % 20_000_000 == 0 for stamp in stamps)
-    assert sorted(set(stamps)) == stamps and stamps[-1] <= 99 * 20_000_000
+    assert sorted(set(stamps)) == stamps and stamps[-1] <= 299 * 20_000_000
     assert {to_stamp(message.clock) for message in clock} >= set(stamps[5:])
 
 

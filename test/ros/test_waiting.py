@@ -106,6 +106,8 @@ def test_vertices_that_are_not_drawn_say_why(tmp_path, domain):
             out.publish(messages.cloud_message(next(stamps), wave(5, 7), wave(5, 7)))
         graph.start('wind', '-p', 'paused:=true')
         graph.start('renderer', *SMALL)
+        # By then it has found the wind; vertices that come before are drawn.
+        eventually(lambda: 'waiting for' in graph.log('renderer'), watcher)
         eventually(lambda: send() or 'wind publishes parameters, but not of this frame; end it'
                    in graph.log('renderer'), watcher)
         assert re.search(r'waiting for \d+\.\d s for parameters of the frame at',
