@@ -27,17 +27,23 @@ ENDED = f'of {FRAMES} frames of a take: no node publishes parameters any more'
 
 
 class Shot:
-    """The small shot in a graph; each of its nodes can be killed and started again."""
+    """
+    The small shot in a graph; each of its nodes can be killed and started again.
 
-    def __init__(self, graph, folder, *extra):
+    The wind is the last to start: the watcher then hears the shot from its first frames.
+    """
+
+    def __init__(self, graph, folder, watcher, *extra):
         self.graph, self.folder = graph, folder
         self.given = {
             'physics': (), 'renderer': SMALL,
             'recorder': ('-p', f'frames:={FRAMES}'),
             'wind': (*SHOT, '-p', f'frames:={FRAMES}', '-p', 'wait_for:=[renderer, recorder]',
                      '-p', 'resend_after:=0.5', *extra)}
-        for name in self.given:
+        for name in ('physics', 'renderer', 'recorder'):
             self.start(name)
+        eventually(lambda: watcher.node.count_publishers('frame_done') == 2, watcher)
+        self.start('wind')
 
     def start(self, name, number=0):
         """Start a node; a recorder begins a bag of its own."""
@@ -63,7 +69,7 @@ def test_a_node_that_is_killed_in_lockstep_and_started_again_holds_up_nobody(
     """All frames of the newest take are in the bag; a new recorder says what it lacks."""
     with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
         done = watcher.listen('frame_done')
-        shot = Shot(graph, tmp_path)
+        shot = Shot(graph, tmp_path, watcher)
         eventually(lambda: len(done) > 20, watcher)
         shot.kill(name)
         shot.start(name, 1)
@@ -84,7 +90,7 @@ def test_a_node_that_is_killed_in_real_time_and_started_again_is_served_again(
     """The wind goes on meanwhile and ends; the recorder says what it lacks."""
     with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
         done = watcher.listen('frame_done')
-        shot = Shot(graph, tmp_path, '-p', 'pace:=realtime', '-p', 'frames:=0')
+        shot = Shot(graph, tmp_path, watcher, '-p', 'pace:=realtime', '-p', 'frames:=0')
         eventually(lambda: len(done) > 20, watcher)
         shot.kill(name)
         shot.start(name)
@@ -101,10 +107,10 @@ def test_strangers_steps_and_resets_in_mid_shot_leave_a_whole_take(tmp_path, dom
     with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
         done = watcher.listen('frame_done')
         vertices, step, reset = map(watcher.publisher, ('vertices', 'step', 'reset'))
-        shot = Shot(graph, tmp_path)
+        shot = Shot(graph, tmp_path, watcher, '-p', 'paused:=true')
         wind = watcher.parameters_of('wind')
-        eventually(lambda: len(done) > 20, watcher)
-        assert watcher.put(wind, 'paused', True).successful
+        eventually(lambda: all(one.get_subscription_count() for one in (vertices, step, reset)),
+                   watcher)
         for second in range(1000, 1008):
             vertices.publish(messages.cloud_message(second * 10**9, wave(5, 7), wave(5, 7)))
         for _ in range(30):

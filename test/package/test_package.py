@@ -38,6 +38,7 @@ LIBRARIES = {
     'catkin_pkg': ('python3-catkin-pkg-modules', 'catkin_pkg'),
     'hypothesis': ('python3-hypothesis', 'hypothesis'),
     'llvmlite': ('python3-numba', 'numba'),  # which is built on it
+    'lz4': ('python3-lz4', 'lz4'),
     'matplotlib': ('python3-matplotlib', 'matplotlib'),
     'numba': ('python3-numba', 'numba'),
     'numpy': ('python3-numpy', 'numpy'),

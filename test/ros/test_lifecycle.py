@@ -179,7 +179,7 @@ def test_missed_frames_are_reported_at_the_rate_at_which_they_were_missed(tmp_pa
         sent, done = watcher.listen('parameters'), watcher.publisher('frame_done')
         graph.start('wind', '-p', 'rate:=50.0', '-p', 'wait_for:=[slow]')
         client = watcher.parameters_of('wind')
-        eventually(lambda: sent, watcher)
+        eventually(lambda: sent and done.get_subscription_count(), watcher)
         for _ in range(20):  # once it has answered, what it does not answer is missed
             done.publish(Header(stamp=sent[-1].stamp, frame_id='slow'))
             watcher.spin(0.02)

@@ -95,4 +95,6 @@ class HostsGraph(Graph):
         if self._peers:
             found_by.append(f'ROS_STATIC_PEERS={ADDRESSES[1 - host]}')
         others = [f'{key}={value}' for key, value in self._extra.items()]
-        return [*self._network.enter(host), 'env', *found_by, *others]
+        # A watcher of an earlier test has chosen a profile for its process: here nodes choose.
+        chosen = '--unset=FASTDDS_DEFAULT_PROFILES_FILE'
+        return [*self._network.enter(host), 'env', chosen, *found_by, *others]
