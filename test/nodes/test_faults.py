@@ -13,6 +13,8 @@
 # limitations under the License.
 
 """Nodes killed, strangers and resets in mid-shot: it ends, or a log says who is waited for."""
+import re
+
 from flag_sim.ros import messages
 from flag_sim.tools.graph import Graph
 import pytest
@@ -63,6 +65,12 @@ class Shot:
                 for _, message in messages_of(self.folder / f'bag{number}', topic)]
 
 
+def ports_of(process, ending):
+    """Return the ports of Fast DDS that a process maps by names that end like this."""
+    with open(f'/proc/{process}/maps') as maps:
+        return set(re.findall(rf'(?m) /dev/shm/fastdds_port(\d+){re.escape(ending)}$', maps.read()))
+
+
 @pytest.mark.parametrize('name', ['wind', 'physics', 'renderer', 'recorder'])
 def test_a_node_that_is_killed_in_lockstep_and_started_again_holds_up_nobody(
         tmp_path, domain, name):
@@ -73,6 +81,9 @@ def test_a_node_that_is_killed_in_lockstep_and_started_again_holds_up_nobody(
         eventually(lambda: len(done) > 20, watcher)
         shot.kill(name)
         shot.start(name, 1)
+        graph.wait_ready(name)
+        # Else we might go on to write into the memory that the killed one read, and never notice.
+        assert not ports_of('self', ' (deleted)') & ports_of(graph.processes[name].pid, '')
         assert graph.wait('wind', 90.0) == 0, graph.log('wind')
         if name == 'recorder':
             eventually(lambda: ENDED in graph.log('recorder'), watcher)

@@ -13,7 +13,9 @@
 # limitations under the License.
 
 """The profile that the nodes bring to Fast DDS, and that any choice of the user's wins over it."""
+import contextlib
 import fcntl
+import mmap
 import os
 import socket
 import subprocess
@@ -21,6 +23,7 @@ import sys
 
 from flag_sim.parameters.config import config_path
 from flag_sim.ros.dds_profile import is_shm_shared, remove_dead_segments, set_dds_profile
+from flag_sim.ros.dead_ports import dead_ports_held
 import pytest
 
 OURS = str(config_path('fastdds.xml'))
@@ -141,3 +144,30 @@ def test_memory_is_shared_unless_somebody_says_otherwise(tmp_path):
         assert not is_shm_shared()
     assert is_shm_shared()
     assert not is_shm_shared(tmp_path / 'missing')
+
+
+def test_ports_of_the_dead_are_held_while_somebody_writes_to_them(tmp_path):
+    """What has an owner, what is litter, and what is no port is left alone."""
+    dead, alive, litter = (f'fastdds_port{number}' for number in (7411, 7413, 7415))
+    for name in (dead, alive, litter):
+        (tmp_path / name).write_bytes(b'port')
+        (tmp_path / f'{name}_el').touch()
+
+    def is_held(name):
+        with open(tmp_path / f'{name}_el') as lock:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                return True
+            return False
+    with contextlib.ExitStack() as open_files:
+        for name in (dead, alive):
+            file = open_files.enter_context(open(tmp_path / name, 'rb'))
+            open_files.enter_context(mmap.mmap(file.fileno(), 0, prot=mmap.PROT_READ))
+        owner = open_files.enter_context(open(tmp_path / f'{alive}_el'))
+        fcntl.flock(owner, fcntl.LOCK_EX)
+        with dead_ports_held(tmp_path), dead_ports_held(tmp_path):  # of two that start at once
+            assert [is_held(name) for name in (dead, alive, litter)] == [True, True, False]
+        assert [is_held(name) for name in (dead, alive, litter)] == [False, True, False]
+    with dead_ports_held(tmp_path / 'missing'):
+        pass
