@@ -68,7 +68,8 @@ class Shot:
 def ports_of(process, ending):
     """Return the ports of Fast DDS that a process maps by names that end like this."""
     with open(f'/proc/{process}/maps') as maps:
-        return set(re.findall(rf'(?m) /dev/shm/fastdds_port(\d+){re.escape(ending)}$', maps.read()))
+        return set(re.findall(
+            rf'(?m) /dev/shm/fastdds_port(\d+){re.escape(ending)}$', maps.read()))
 
 
 @pytest.mark.parametrize('name', ['wind', 'physics', 'renderer', 'recorder'])
