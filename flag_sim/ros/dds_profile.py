@@ -22,6 +22,7 @@ import socket
 import time
 
 from flag_sim.parameters.config import config_path
+from flag_sim.ros.dead_ports import bury_dead_ports, SHM
 
 # Variables, and files in the working directory, by which users choose profiles or transports of
 # Fast DDS. A discovery server (ROS_DISCOVERY_SERVER) is no such choice: it goes with our profile.
@@ -30,7 +31,6 @@ OWN_TRANSPORTS = (
     'FASTDDS_BUILTIN_TRANSPORTS', 'FASTDDS_ENVIRONMENT_FILE', 'ROS2_EASY_MODE')
 OWN_PROFILES = 'DEFAULT_FASTDDS_PROFILES.xml', 'DEFAULT_FASTRTPS_PROFILES.xml'
 
-SHM = Path('/dev/shm')
 SEGMENT_LOCK = re.compile(r'fastdds_[0-9a-f]{16}_el')
 YOUNG = 5.0  # a lock file may be made, but not locked yet [s]
 CLAIM = '@flag_sim/shm/'
@@ -47,6 +47,7 @@ def set_dds_profile() -> None:
     """
     if (os.environ.get('RMW_IMPLEMENTATION') or 'rmw_fastrtps_cpp') != 'rmw_fastrtps_cpp':
         return
+    bury_dead_ports()
     if (os.environ.get('RMW_FASTRTPS_USE_QOS_FROM_XML') != '1'
             and not any(os.environ.get(name) for name in OWN_TRANSPORTS)
             and not any(os.path.exists(name) for name in OWN_PROFILES)):

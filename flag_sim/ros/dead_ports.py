@@ -12,70 +12,68 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Ports of killed processes in shared memory, which a new node must not take over."""
-from collections.abc import Iterator
+"""Ports of killed processes in shared memory: those who write to them are told that they are dead."""
 import contextlib
 import fcntl
+import mmap
 import os
 from pathlib import Path
 import re
+import struct
 
-from flag_sim.ros.dds_profile import SHM
+SHM = Path('/dev/shm')
+PORT_LOCK = re.compile(r'fastdds_port(\d+)_el')
+NODE = b'port_node_abi5\0'  # of Fast DDS 3; another layout has another name
+# Of that node: port, listeners, health check [ms], wait [ms], capacity, waiting; then its flags.
+FIELDS = struct.Struct('=6IB')
+IS_OK, KNOWN_FLAGS = 1, 7
 
-PORT_LOCK = re.compile(r'(fastdds_port\d+)_el')
 
-
-@contextlib.contextmanager
-def dead_ports_held(shm: Path = SHM) -> Iterator[None]:
+def bury_dead_ports(shm: Path = SHM) -> None:
     """
-    Keep Fast DDS, meanwhile, from taking ports of killed processes that others still write to.
+    Mark the ports of Fast DDS whose reader was killed as not in order.
 
     Else a node that is started again takes the port of the one that was killed, by its name but
     in new memory. Those who wrote to the dead one notice, within seconds, only if it was killed
-    while it waited for a message or handled one. Where it was killed between the two, they write
-    into the old memory for ever, and the new node receives nothing from them. Whoever holds the
-    lock of a port counts as its reader: while it is held, Fast DDS takes another port, which is
-    new to everybody. The lock is shared, for several nodes may start at once.
+    while it waited for a message or handled one. Where it was killed between the two (about once
+    in thirty times on a busy machine) they write into the old memory for ever, and the new node
+    receives nothing from them. The reader of a port holds a lock on its file <port>_el for as long
+    as it lives; only what can be locked is marked, while it is locked.
     """
-    with contextlib.ExitStack() as held:
-        for lock in _locks_of_dead_ports(shm):
-            with contextlib.suppress(OSError):
-                held.enter_context(_shared_lock(shm / lock))
-        yield
-
-
-def _locks_of_dead_ports(shm):
-    """Return the names of the locks that nobody holds, of ports that a process still maps."""
     with contextlib.suppress(OSError):
-        free = {match[1]: match[0] for match in map(PORT_LOCK.fullmatch, os.listdir(shm))
-                if match and _is_free(shm / match[0])}
-        used = _mapped(shm) if free else set()  # most are only litter, which is taken again
-        return [lock for port, lock in free.items() if port in used]
-    return []
+        for match in filter(None, map(PORT_LOCK.fullmatch, os.listdir(shm))):
+            with contextlib.suppress(OSError, ValueError):  # of another user; or empty
+                _bury_if_dead(shm / match[0], int(match[1]))
 
 
-def _is_free(lock):
-    with contextlib.suppress(OSError), _shared_lock(lock):
-        return True
-    return False
+def _bury_if_dead(lock, number):
+    with _opened(lock, os.O_RDONLY) as held:
+        fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        with (_opened(lock.with_name(f'fastdds_port{number}'), os.O_RDWR) as port,
+              mmap.mmap(port, 0) as memory):
+            place = _flags_of(memory, number)
+            if place is not None:
+                memory[place] &= ~IS_OK
 
 
 @contextlib.contextmanager
-def _shared_lock(path):
-    """Hold a lock of Fast DDS as one of several; raise OSError if it is held by its owner."""
-    held = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_CLOEXEC)
+def _opened(path, mode):
+    file = os.open(path, mode | os.O_NOFOLLOW | os.O_CLOEXEC)
     try:
-        fcntl.flock(held, fcntl.LOCK_SH | fcntl.LOCK_NB)
-        yield
+        yield file
     finally:
-        os.close(held)
+        os.close(file)
 
 
-def _mapped(shm):
-    """Return the names of the files of a folder that processes have in their memory."""
-    names = set()
-    pattern = re.compile(rf' {re.escape(str(shm))}/(\S+)$', re.MULTILINE)  # not ' (deleted)'
-    for maps in Path('/proc').glob('[0-9]*/maps'):
-        with contextlib.suppress(OSError):  # of another user, or it has ended
-            names.update(pattern.findall(maps.read_text(errors='replace')))
-    return names
+def _flags_of(memory, number):
+    """Return where the flags of a port are in its memory; None where it is laid out otherwise."""
+    if memory.find(NODE) < 0:
+        return None
+    begin = struct.pack('=I', number)
+    place = memory.find(begin)
+    while place >= 0 and place + FIELDS.size <= len(memory):
+        _, _, check, wait, _, _, flags = FIELDS.unpack_from(memory, place)
+        if 0 < wait == check // 3 and flags <= KNOWN_FLAGS and place % 4 == 0:
+            return place + FIELDS.size - 1
+        place = memory.find(begin, place + 1)
+    return None

@@ -26,7 +26,6 @@ from flag_sim.declarations.usage import asks_for_help, usage
 from flag_sim.parameters.file_targets import given_files, is_meant, keys_in
 from flag_sim.protocol.notify import NotifySender
 from flag_sim.ros.dds_profile import set_dds_profile
-from flag_sim.ros.dead_ports import dead_ports_held
 from flag_sim.ros.guard import spin_guarded
 from flag_sim.ros.parameter_node import BadParameter, ParameterNode
 import rclpy
@@ -88,8 +87,7 @@ def run(node_class: type[ParameterNode], args: Sequence[str] | None = None) -> i
     try:
         with context:
             _refuse_others(arguments)
-            with dead_ports_held():
-                node = node_class()
+            node = node_class()
             _report_unused_files(node, arguments)
             node.tell_of_ignored()
             notify = NotifySender()

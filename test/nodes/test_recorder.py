@@ -154,7 +154,8 @@ def test_takes_follow_one_another_wherever_their_stamps_begin(tmp_path, domain):
 
 def test_a_late_picture_of_the_take_before_is_not_taken_for_one_of_the_next(tmp_path, domain):
     """A frame was sent again and answered twice, a reset came between the answers: same stamp."""
-    with made('recorder', domain, tmp_path, 'topics:=[parameters, camera/camera_info]') as recorder:
+    topics = 'topics:=[parameters, camera/camera_info]'
+    with made('recorder', domain, tmp_path, topics) as recorder:
         hears = {one.topic_name: one.callback for one in recorder.subscriptions}
 
         def hear(topic, message, sender):

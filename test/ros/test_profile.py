@@ -13,17 +13,18 @@
 # limitations under the License.
 
 """The profile that the nodes bring to Fast DDS, and that any choice of the user's wins over it."""
-import contextlib
 import fcntl
-import mmap
 import os
+from pathlib import Path
+import shutil
 import socket
+import struct
 import subprocess
 import sys
 
 from flag_sim.parameters.config import config_path
 from flag_sim.ros.dds_profile import is_shm_shared, remove_dead_segments, set_dds_profile
-from flag_sim.ros.dead_ports import dead_ports_held
+from flag_sim.ros.dead_ports import bury_dead_ports, SHM
 import pytest
 
 OURS = str(config_path('fastdds.xml'))
@@ -146,28 +147,58 @@ def test_memory_is_shared_unless_somebody_says_otherwise(tmp_path):
     assert not is_shm_shared(tmp_path / 'missing')
 
 
-def test_ports_of_the_dead_are_held_while_somebody_writes_to_them(tmp_path):
-    """What has an owner, what is litter, and what is no port is left alone."""
-    dead, alive, litter = (f'fastdds_port{number}' for number in (7411, 7413, 7415))
-    for name in (dead, alive, litter):
-        (tmp_path / name).write_bytes(b'port')
-        (tmp_path / f'{name}_el').touch()
+LISTENING = """
+from flag_sim.ros.dds_profile import set_dds_profile
+import rclpy
+set_dds_profile()
+rclpy.init()
+node = rclpy.create_node('n')
+print(flush=True)
+input()
+"""
 
-    def is_held(name):
-        with open(tmp_path / f'{name}_el') as lock:
-            try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except OSError:
-                return True
-            return False
-    with contextlib.ExitStack() as open_files:
-        for name in (dead, alive):
-            file = open_files.enter_context(open(tmp_path / name, 'rb'))
-            open_files.enter_context(mmap.mmap(file.fileno(), 0, prot=mmap.PROT_READ))
-        owner = open_files.enter_context(open(tmp_path / f'{alive}_el'))
-        fcntl.flock(owner, fcntl.LOCK_EX)
-        with dead_ports_held(tmp_path), dead_ports_held(tmp_path):  # of two that start at once
-            assert [is_held(name) for name in (dead, alive, litter)] == [True, True, False]
-        assert [is_held(name) for name in (dead, alive, litter)] == [False, True, False]
-    with dead_ports_held(tmp_path / 'missing'):
-        pass
+
+def locked_by(process):
+    """Return the ports of Fast DDS that a process reads, as files of their memory."""
+    locks = {int(line.split()[5].rpartition(':')[2]) for line in Path('/proc/locks').open()
+             if line.split()[4] == str(process)}
+    return [path.with_name(path.name.removesuffix('_el')) for path in SHM.glob('fastdds_port*_el')
+            if path.stat().st_ino in locks]
+
+
+def is_ok(port):
+    """Return whether a port's flags say that it is in order; they are where Fast DDS has them."""
+    memory = port.read_bytes()
+    number = int(port.name.removeprefix('fastdds_port'))
+    *_, wait, _, _, flags = struct.unpack_from('=6IB', memory, memory.find(
+        struct.pack('=I', number), memory.find(struct.pack('=2I', 1000, 333)) - 8))
+    assert wait == 333
+    return bool(flags & 1)
+
+
+def test_ports_of_killed_nodes_are_marked_and_those_of_the_living_are_not(domain, tmp_path):
+    """Else others may write to them for ever, and never to the node that is started again."""
+    nodes = [subprocess.Popen([sys.executable, '-c', LISTENING], stdin=subprocess.PIPE,
+                              stdout=subprocess.PIPE,
+                              env={**os.environ, 'ROS_DOMAIN_ID': str(domain)})
+             for _ in range(2)]
+    try:
+        for node in nodes:
+            node.stdout.readline()
+        dead, alive = (locked_by(node.pid) for node in nodes)
+        assert dead and alive and all(map(is_ok, dead + alive))
+        nodes[0].kill()
+        nodes[0].wait()
+        for port in dead:  # ours alone: nobody else marks them meanwhile
+            for name in port.name, f'{port.name}_el':
+                shutil.copy(SHM / name, tmp_path)
+        (tmp_path / 'fastdds_port1').write_bytes(b'another layout')
+        (tmp_path / 'fastdds_port1_el').touch()
+        bury_dead_ports(tmp_path)
+        bury_dead_ports()
+        assert not any(is_ok(tmp_path / port.name) for port in dead)
+        assert all(map(is_ok, alive))
+    finally:
+        for node in nodes:
+            node.kill()
+            node.communicate()
