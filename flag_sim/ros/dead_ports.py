@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Ports of killed processes in shared memory: those who write to them are told that they are dead."""
+"""Ports of killed processes in shared memory: who writes to one is told that it is dead."""
 import contextlib
 import fcntl
 import mmap
