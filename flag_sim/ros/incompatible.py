@@ -22,13 +22,22 @@ from rclpy.qos import qos_check_compatible, qos_policy_name_from_kind, QoSCompat
 
 OVERRIDDEN = ('history', 'depth', 'reliability')
 """Policies that a node's own topics take overrides of."""
+NAMED_AFTER = 0.5
+"""How long after an end its node's name may be known [s]; DDS tells them one after the other."""
+UNKNOWN = '_NODE_NAME_UNKNOWN_'
 
 
 def _telling(node: Node, name: str, end: str) -> Callable:
     """Return a callback that warns of who cannot be served; `end` is the node's own."""
     log = NodeLog(node)
+    timers = []  # at most one: it tells of all who have come meanwhile
+
+    def wait(event):
+        if not timers:
+            timers.append(node.create_timer(NAMED_AFTER, lambda: tell(event)))
 
     def tell(event):
+        node.destroy_timer(timers.pop())
         topic = node.resolve_topic_name(name)
         policy = qos_policy_name_from_kind(event.last_policy_kind).lower()
         what = ('subscribes to it with a quality of service that this node does not offer, and '
@@ -39,7 +48,7 @@ def _telling(node: Node, name: str, end: str) -> Callable:
         if policy in OVERRIDDEN:
             cure += f': this node by qos_overrides.{topic}.{end}.{policy}'
         log.warn(f'{topic}: {_others(node, topic, end) or "somebody"} {what}; {cure}', name)
-    return tell
+    return wait
 
 
 def _others(node, topic, end):
@@ -56,7 +65,8 @@ def _others(node, topic, end):
         found, _ = qos_check_compatible(*(each.qos_profile for each in pair))
         return found != QoSCompatibility.ERROR
     return ', '.join(sorted({other.node_name for other in others
-                             if not any(fits(one, other) for one in own)}))
+                             if other.node_name != UNKNOWN
+                             and not any(fits(one, other) for one in own)}))
 
 
 def publisher_events(node: Node, name: str) -> PublisherEventCallbacks:

@@ -204,7 +204,7 @@ def test_companions_and_what_they_are_asked_have_a_bound(domain, tmp_path, monke
         assert '/other/physics' in found._found
         assert len(found._clients) <= companions.MAX_COMPANIONS
         answer = GetParameters.Response(values=[ParameterValue(type=77)] * 3)
-        found._learn('/other/physics', companions.NODES['physics'], answer)
+        found._learn('/other/physics', companions.NODES['physics'], answer, 0)
         assert '/other/physics' in found._answered
 
 
