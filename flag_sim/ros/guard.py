@@ -40,13 +40,21 @@ def spin_guarded(node: Node, until: Future, spin_once: Callable[[], None] | None
     What one of them raises, whatever it was sent, is logged once a cause, and the next one runs.
     spin_once(): runs one callback; by default that of an executor of its own.
     """
+    if spin_once is not None:
+        _spin(node, until, spin_once)
+        return
+    executor = SingleThreadedExecutor(context=node.context)
+    executor.add_node(node)
+    # A task of its own, so that it returns: an executor that is only woken waits on.
+    until.add_done_callback(lambda _: executor.create_task(lambda: None))
+    try:
+        _spin(node, until, executor.spin_once)
+    finally:  # now, for it cannot be done any more when the interpreter ends
+        executor.shutdown()
+
+
+def _spin(node, until, spin_once):
     log = NodeLog(node)
-    if spin_once is None:
-        executor = SingleThreadedExecutor(context=node.context)
-        executor.add_node(node)
-        spin_once = executor.spin_once
-        # A task of its own, so that it returns: an executor that is only woken waits on.
-        until.add_done_callback(lambda _: executor.create_task(lambda: None))
     while node.context.ok() and not until.done():
         try:
             spin_once()
