@@ -18,6 +18,7 @@ import os
 import socket
 import subprocess
 import sys
+import xml.etree.ElementTree as ElementTree
 
 from flag_sim.parameters.config import config_path
 from flag_sim.ros.dds_profile import is_shm_shared, remove_dead_segments, set_dds_profile
@@ -61,6 +62,45 @@ def test_a_variable_of_the_users_wins(monkeypatch, name):
     """Whichever it is."""
     monkeypatch.setenv(name, CHOICES[name])
     assert brought() == (CHOICES[name] if name == 'FASTDDS_DEFAULT_PROFILES_FILE' else None)
+
+
+def content(name):
+    """Return the profiles of a file: {where: texts}, and its transports: {type: {where: texts}}."""
+    root = ElementTree.parse(config_path(name)).getroot()
+    for element in root.iter():
+        element.tag = element.tag.rpartition('}')[2]
+    profiles = root.find('profiles')
+    kinds = {one.findtext('transport_id'): one.findtext('type')
+             for one in profiles.iter('transport_descriptor')}
+    transports = {one.findtext('type'): texts(one) for one in profiles.iter('transport_descriptor')}
+    used = profiles.find('participant/rtps/userTransports')
+    assert {kinds[one.text] for one in used} == set(transports) == set(kinds.values())
+    profiles.remove(profiles.find('transport_descriptors'))
+    used.clear()
+    return texts(profiles), transports
+
+
+def texts(element, where=''):
+    """Return {path and attributes: text} of what is in an element of XML, but names of ours."""
+    found = {}
+    for child in element:
+        if child.tag != 'transport_id':
+            path = f'{where}/{child.tag}{sorted(child.attrib.items())}'
+            found[path] = (child.text or '').strip()
+            found.update(texts(child, path))
+    return found
+
+
+def test_the_profiles_differ_in_their_transports_only():
+    """Discovery and heartbeats are the same; this host's UDP has no loss for which to be short."""
+    (everywhere, all_transports), (udp, without_shm), (here, inside) = map(
+        content, ('fastdds.xml', 'fastdds_udp.xml', 'fastdds_this_host.xml'))
+    assert everywhere == udp == here
+    assert without_shm == {'UDPv4': all_transports['UDPv4']}
+    loopback = {name: text for name, text in inside['UDPv4'].items() if 'White' not in name}
+    assert loopback == {name: text for name, text in all_transports['UDPv4'].items()
+                        if 'maxMessageSize' not in name}
+    assert inside['SHM'] == all_transports['SHM']
 
 
 @pytest.mark.parametrize('name', ['DEFAULT_FASTDDS_PROFILES.xml', 'DEFAULT_FASTRTPS_PROFILES.xml'])
