@@ -16,6 +16,7 @@
 import json
 import os
 from pathlib import Path
+import signal
 import statistics
 import time
 
@@ -105,6 +106,13 @@ def settle(watcher, ear, wind):
     return round(ear.latest * 1e-9 * RATE) + 1
 
 
+def ended(graph):
+    """End all nodes; return {name: exit status}, None of one that has not ended."""
+    for process in graph.processes.values():
+        process.send_signal(signal.SIGINT)
+    return {name: graph.wait(name, 60.0) for name in graph.processes}
+
+
 @pytest.mark.skipif(not SOAK, reason='make soak runs it')
 @pytest.mark.parametrize('pace, with_recorder', [
     ('realtime', True), ('lockstep', True), ('realtime', False), ('lockstep', False)])
@@ -129,7 +137,8 @@ def test_days(tmp_path, domain, pace, with_recorder, capfd):
         assert watcher.put(wind, 'paused', False).successful
         result = soaked(graph, watcher, ear, seconds)
         due = settle(watcher, ear, wind)
-        assert all(graph.end(node) == 0 for node in graph.processes)
+        statuses = ended(graph)
+        assert not any(statuses.values()), statuses
         served = {node: int(graph.told(node)['X_FLAG_SIM_FRAMES']) for node in graph.processes}
         logs = {node: len(graph.log(node)) for node in graph.processes}
     result['left_in_shm'] = sorted(left_behind(result.pop('segments')))

@@ -30,13 +30,14 @@ CHOICES = {
     'FASTDDS_BUILTIN_TRANSPORTS': 'UDPv4', 'FASTDDS_ENVIRONMENT_FILE': 'mine.json',
     'ROS2_EASY_MODE': '127.0.0.1', 'RMW_FASTRTPS_USE_QOS_FROM_XML': '1',
     'RMW_IMPLEMENTATION': 'rmw_cyclonedds_cpp'}
+ROS_RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE', 'ROS_STATIC_PEERS', 'ROS_DISCOVERY_SERVER'
 
 
 @pytest.fixture(autouse=True)
 def nothing_is_chosen(monkeypatch, tmp_path):
     """Take every choice away, as in a new shell."""
     monkeypatch.chdir(tmp_path)
-    for name in CHOICES:
+    for name in (*CHOICES, *ROS_RANGE):
         monkeypatch.delenv(name, raising=False)
 
 
@@ -48,13 +49,26 @@ def brought():
 
 @pytest.mark.parametrize('name, value', [
     ('X', ''), *((name, '') for name in CHOICES), ('RMW_FASTRTPS_USE_QOS_FROM_XML', '0'),
-    ('RMW_IMPLEMENTATION', 'rmw_fastrtps_cpp'), ('ROS_DISCOVERY_SERVER', '127.0.0.1:11811'),
-    ('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')])
+    ('RMW_IMPLEMENTATION', 'rmw_fastrtps_cpp'), ('ROS_DISCOVERY_SERVER', '127.0.0.1:11811')])
 def test_it_is_brought_where_nothing_is_chosen(monkeypatch, name, value):
     """Neither an empty variable nor a place to discover nodes at is a choice of transports."""
     monkeypatch.setenv(name, value)
     monkeypatch.setenv('FASTDDS_DEFAULT_PROFILES_FILE', '')  # so that it is restored
     assert brought() == OURS
+
+
+@pytest.mark.parametrize('discovery, names, profile', [
+    ('', '', 'fastdds.xml'), ('SUBNET', '', 'fastdds.xml'), ('OFF', '', 'fastdds.xml'),
+    ('LOCALHOST', '', 'fastdds_this_host.xml'), ('LOCALHOST', 'ROS_STATIC_PEERS', 'fastdds.xml'),
+    ('LOCALHOST', 'ROS_DISCOVERY_SERVER', 'fastdds.xml')])
+def test_nodes_that_look_for_others_on_their_host_alone_cut_no_messages(
+        monkeypatch, discovery, names, profile):
+    """A peer or a server that is named may be on another host."""
+    monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', discovery)
+    if names:
+        monkeypatch.setenv(names, '10.77.0.1')
+    monkeypatch.setenv('FASTDDS_DEFAULT_PROFILES_FILE', '')  # so that it is restored
+    assert brought() == str(config_path(profile))
 
 
 @pytest.mark.parametrize('name', CHOICES)
