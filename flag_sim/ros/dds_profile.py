@@ -64,8 +64,8 @@ def _profile():
     if not is_shm_shared():
         return 'fastdds_udp.xml'
     is_local = os.environ.get('ROS_AUTOMATIC_DISCOVERY_RANGE') == 'LOCALHOST'
-    names_others = any(os.environ.get(name) for name in ('ROS_STATIC_PEERS', 'ROS_DISCOVERY_SERVER'))
-    return 'fastdds_this_host.xml' if is_local and not names_others else 'fastdds.xml'
+    has_peers = any(os.environ.get(name) for name in ('ROS_STATIC_PEERS', 'ROS_DISCOVERY_SERVER'))
+    return 'fastdds_this_host.xml' if is_local and not has_peers else 'fastdds.xml'
 
 
 def is_shm_shared(shm: Path = SHM) -> bool:

@@ -181,11 +181,12 @@ def feed(node, data, number, changes):
         if subscription.msg_type not in MESSAGES:
             continue
         message = data.draw(MESSAGES[subscription.msg_type])
+        # Drawn before: which bytes are a message hangs on more than the bytes, as on memory.
+        sender = data.draw(st.sampled_from(SENDERS))
         if n < len(changes):
             message = mutilated(subscription.msg_type, message, changes[n])
         if message is None:
             continue
-        sender = data.draw(st.sampled_from(SENDERS))
         sent = serialize_message(message) if subscription.raw else message
         if subscription._callback_type is subscription.CallbackType.MessageOnly:
             subscription.callback(sent)

@@ -79,14 +79,15 @@ def test_a_variable_of_the_users_wins(monkeypatch, name):
 
 
 def content(name):
-    """Return the profiles of a file: {where: texts}, and its transports: {type: {where: texts}}."""
+    """Return a file's profiles, {where: text}, and its transports, {type: {where: text}}."""
     root = ElementTree.parse(config_path(name)).getroot()
     for element in root.iter():
         element.tag = element.tag.rpartition('}')[2]
     profiles = root.find('profiles')
     kinds = {one.findtext('transport_id'): one.findtext('type')
              for one in profiles.iter('transport_descriptor')}
-    transports = {one.findtext('type'): texts(one) for one in profiles.iter('transport_descriptor')}
+    transports = {one.findtext('type'): texts(one)
+                  for one in profiles.iter('transport_descriptor')}
     used = profiles.find('participant/rtps/userTransports')
     assert {kinds[one.text] for one in used} == set(transports) == set(kinds.values())
     profiles.remove(profiles.find('transport_descriptors'))
