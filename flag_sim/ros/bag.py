@@ -20,6 +20,7 @@ from pathlib import Path
 import sqlite3
 
 from flag_sim.parameters import checks
+from flag_sim.ros.bag_index import IndexOnDisk
 from flag_sim.ros.parameter_node import BadParameter
 from flag_sim.ros.topics import TOPICS
 
@@ -72,6 +73,7 @@ class Bag:
         self._whole = 0  # bytes of the file at the last flush
         self._types = get_typestore(Stores.ROS2_KILTED)
         self._connections = {}
+        self._index = contextlib.ExitStack()
         try:
             self._writer = Writer(self.path, version=9,
                                   storage_plugin=StoragePlugin[storage.upper()])
@@ -83,6 +85,9 @@ class Bag:
                 # To wait for the disk at every flush took 30 ms. The system has all of it either
                 # way, and keeps it whatever becomes of this process.
                 self._writer.storage.conn.execute('PRAGMA synchronous = OFF')
+            else:
+                self._writer.storage.chunks = self._index.enter_context(
+                    contextlib.closing(IndexOnDisk(self.path)))
             self._identity = _identity(self._file)
         except (WriterError, OSError, sqlite3.Error) as error:
             raise BadParameter(f'path {self.path}: {error}') from None
@@ -140,7 +145,7 @@ class Bag:
             raise OSError(KEPT)
         self.flush()
         try:
-            with self._ending():
+            with self._ending(), self._index:
                 self._writer.close()
         except OSError as error:
             raise OSError(f'{error}; {KEPT}') from None
@@ -153,7 +158,7 @@ class Bag:
     def _abort(self):
         """Leave the file as it was at the last flush: no record of it is cut off."""
         self._is_aborted = True
-        with contextlib.suppress(OSError, sqlite3.Error):
+        with contextlib.suppress(OSError, sqlite3.Error), self._index:
             self._writer.abort()
         if self._storage == 'mcap' and _identity(self._file) == self._identity:
             with contextlib.suppress(OSError):

@@ -16,11 +16,13 @@
 import os
 import subprocess
 import sys
+import tracemalloc
 
 from flag_sim.ros.bag import Bag, KEPT, RecordedTopics
 from flag_sim.ros.parameter_node import BadParameter
 import pytest
 from rcl_interfaces.msg import ParameterEvent
+from rosbags.highlevel import AnyReader
 from sensor_msgs.msg import Image
 from support.bags import images_bag, recorded
 
@@ -77,6 +79,27 @@ except OSError as error:
         while end < len(data):
             end += 9 + int.from_bytes(data[end + 1:end + 9], 'little')
         assert end == len(data)
+
+
+@pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
+def test_a_long_bag_takes_no_more_memory_than_a_short_one(tmp_path, storage):
+    """Every frame has an entry in the index that is written at the end."""
+    bag = Bag(tmp_path / 'bag', storage, 'none')
+    bag.add_topic('/camera/image_raw', Image)
+
+    def fill(times):
+        for time in times:
+            bag.write('/camera/image_raw', time, bytes(8))
+            bag.flush()
+    fill(range(500))
+    tracemalloc.start()
+    fill(range(500, 3000))
+    grown, _ = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert grown < 100_000
+    bag.close()
+    with AnyReader([tmp_path / 'bag']) as reader:
+        assert [time for _, time, _ in reader.messages()] == list(range(3000))
 
 
 def test_a_bag_that_was_moved_or_replaced_is_gone(tmp_path):

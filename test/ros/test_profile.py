@@ -21,6 +21,7 @@ import socket
 import struct
 import subprocess
 import sys
+import xml.etree.ElementTree as ElementTree
 
 from flag_sim.parameters.config import config_path
 from flag_sim.ros.dds_profile import is_shm_shared, remove_dead_segments, set_dds_profile
@@ -33,13 +34,14 @@ CHOICES = {
     'FASTDDS_BUILTIN_TRANSPORTS': 'UDPv4', 'FASTDDS_ENVIRONMENT_FILE': 'mine.json',
     'ROS2_EASY_MODE': '127.0.0.1', 'RMW_FASTRTPS_USE_QOS_FROM_XML': '1',
     'RMW_IMPLEMENTATION': 'rmw_cyclonedds_cpp'}
+ROS_RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE', 'ROS_STATIC_PEERS', 'ROS_DISCOVERY_SERVER'
 
 
 @pytest.fixture(autouse=True)
 def nothing_is_chosen(monkeypatch, tmp_path):
     """Take every choice away, as in a new shell."""
     monkeypatch.chdir(tmp_path)
-    for name in CHOICES:
+    for name in (*CHOICES, *ROS_RANGE):
         monkeypatch.delenv(name, raising=False)
 
 
@@ -51,8 +53,7 @@ def brought():
 
 @pytest.mark.parametrize('name, value', [
     ('X', ''), *((name, '') for name in CHOICES), ('RMW_FASTRTPS_USE_QOS_FROM_XML', '0'),
-    ('RMW_IMPLEMENTATION', 'rmw_fastrtps_cpp'), ('ROS_DISCOVERY_SERVER', '127.0.0.1:11811'),
-    ('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')])
+    ('RMW_IMPLEMENTATION', 'rmw_fastrtps_cpp'), ('ROS_DISCOVERY_SERVER', '127.0.0.1:11811')])
 def test_it_is_brought_where_nothing_is_chosen(monkeypatch, name, value):
     """Neither an empty variable nor a place to discover nodes at is a choice of transports."""
     monkeypatch.setenv(name, value)
@@ -60,11 +61,65 @@ def test_it_is_brought_where_nothing_is_chosen(monkeypatch, name, value):
     assert brought() == OURS
 
 
+@pytest.mark.parametrize('discovery, names, profile', [
+    ('', '', 'fastdds.xml'), ('SUBNET', '', 'fastdds.xml'), ('OFF', '', 'fastdds.xml'),
+    ('LOCALHOST', '', 'fastdds_this_host.xml'), ('LOCALHOST', 'ROS_STATIC_PEERS', 'fastdds.xml'),
+    ('LOCALHOST', 'ROS_DISCOVERY_SERVER', 'fastdds.xml')])
+def test_nodes_that_look_for_others_on_their_host_alone_cut_no_messages(
+        monkeypatch, discovery, names, profile):
+    """A peer or a server that is named may be on another host."""
+    monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', discovery)
+    if names:
+        monkeypatch.setenv(names, '10.77.0.1')
+    monkeypatch.setenv('FASTDDS_DEFAULT_PROFILES_FILE', '')  # so that it is restored
+    assert brought() == str(config_path(profile))
+
+
 @pytest.mark.parametrize('name', CHOICES)
 def test_a_variable_of_the_users_wins(monkeypatch, name):
     """Whichever it is."""
     monkeypatch.setenv(name, CHOICES[name])
     assert brought() == (CHOICES[name] if name == 'FASTDDS_DEFAULT_PROFILES_FILE' else None)
+
+
+def content(name):
+    """Return a file's profiles, {where: text}, and its transports, {type: {where: text}}."""
+    root = ElementTree.parse(config_path(name)).getroot()
+    for element in root.iter():
+        element.tag = element.tag.rpartition('}')[2]
+    profiles = root.find('profiles')
+    kinds = {one.findtext('transport_id'): one.findtext('type')
+             for one in profiles.iter('transport_descriptor')}
+    transports = {one.findtext('type'): texts(one)
+                  for one in profiles.iter('transport_descriptor')}
+    used = profiles.find('participant/rtps/userTransports')
+    assert {kinds[one.text] for one in used} == set(transports) == set(kinds.values())
+    profiles.remove(profiles.find('transport_descriptors'))
+    used.clear()
+    return texts(profiles), transports
+
+
+def texts(element, where=''):
+    """Return {path and attributes: text} of what is in an element of XML, but names of ours."""
+    found = {}
+    for child in element:
+        if child.tag != 'transport_id':
+            path = f'{where}/{child.tag}{sorted(child.attrib.items())}'
+            found[path] = (child.text or '').strip()
+            found.update(texts(child, path))
+    return found
+
+
+def test_the_profiles_differ_in_their_transports_only():
+    """Discovery and heartbeats are the same; this host's UDP has no loss for which to be short."""
+    (everywhere, all_transports), (udp, without_shm), (here, inside) = map(
+        content, ('fastdds.xml', 'fastdds_udp.xml', 'fastdds_this_host.xml'))
+    assert everywhere == udp == here
+    assert without_shm == {'UDPv4': all_transports['UDPv4']}
+    loopback = {name: text for name, text in inside['UDPv4'].items() if 'White' not in name}
+    assert loopback == {name: text for name, text in all_transports['UDPv4'].items()
+                        if 'maxMessageSize' not in name}
+    assert inside['SHM'] == all_transports['SHM']
 
 
 @pytest.mark.parametrize('name', ['DEFAULT_FASTDDS_PROFILES.xml', 'DEFAULT_FASTRTPS_PROFILES.xml'])
