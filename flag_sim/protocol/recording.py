@@ -169,12 +169,22 @@ class Recording:
             return Placement.IGNORE
         if self.has_all_frames:
             return Placement.IGNORE
-        missing = self._missing.setdefault(stamp, set(self._every_frame))
+        missing = self._missing.get(stamp)
+        if missing is None:
+            self._make_room()
+            missing = self._missing[stamp] = set(self._every_frame)
         if topic not in missing:
             self.copies += 1
             return Placement.IGNORE
         missing.discard(topic)
         return Placement.WRITE
+
+    def _make_room(self):
+        """Of many incomplete frames forget one, first one of which no parameters told."""
+        if len(self._missing) >= REMEMBERED_FRAMES:
+            stranger = (stamp for stamp in self._missing if stamp not in self._followed)
+            del self._missing[next(stranger, next(iter(self._missing)))]
+            self._lost += 1
 
     def is_complete(self, stamp: int) -> bool:
         """Return whether a frame of the newest take is one of the latest complete ones."""
@@ -193,9 +203,6 @@ class Recording:
         self._latest[stamp] = None
         if len(self._latest) > REMEMBERED_FRAMES:
             self._latest.popitem(last=False)
-        if len(self._missing) > REMEMBERED_FRAMES:
-            del self._missing[min(self._missing)]
-            self._lost += 1
         self.complete += 1
         self.in_take += not self.takes or self._followed.get(stamp, False)
         return True

@@ -25,9 +25,9 @@ from flag_sim.ros.parameter_node import BadParameter
 from flag_sim.ros.topics import TOPICS
 
 try:
-    from flag_sim.ros.bag_reader import BagReader
+    from flag_sim.ros.bag_reader import BagReader, check_sqlite_path
     from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
-    from rosbags.rosbag2 import WriterError
+    from rosbags.rosbag2 import ReaderError, WriterError
     from rosbags.typesys import get_typestore, Stores
 except ImportError:
     Writer = None
@@ -75,6 +75,8 @@ class Bag:
         self._connections = {}
         self._index = contextlib.ExitStack()
         try:
+            if storage == 'sqlite3':
+                check_sqlite_path(self.path)
             self._writer = Writer(self.path, version=9,
                                   storage_plugin=StoragePlugin[storage.upper()])
             if compression == 'zstd':
@@ -89,7 +91,7 @@ class Bag:
                 self._writer.storage.chunks = self._index.enter_context(
                     contextlib.closing(IndexOnDisk(self.path)))
             self._identity = _identity(self._file)
-        except (WriterError, OSError, sqlite3.Error) as error:
+        except (ReaderError, WriterError, OSError, sqlite3.Error) as error:
             raise BadParameter(f'path {self.path}: {error}') from None
 
     def add_topic(self, topic: str, message_type: type) -> None:

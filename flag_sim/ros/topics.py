@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticArray
 from flag_sim.ros.guard import GuardedPublisher
-from flag_sim.ros.incompatible import publisher_events, subscription_events
+from flag_sim.ros.incompatible import publisher_events, subscription_events, UNKNOWN
 from flag_sim.ros.parameter_node import BadParameter
 from flag_sim.ros.qos_overrides import check_overrides
 from geometry_msgs.msg import Vector3Stamped
@@ -83,7 +83,9 @@ def publish(node: Node, name: str) -> GuardedPublisher:
 def publishers(node: Node, name: str) -> str:
     """Return the names of the nodes that publish a topic, as far as `node` knows, or ''."""
     ends = node.get_publishers_info_by_topic(node.resolve_topic_name(name))
-    return ', '.join(sorted({end.node_name for end in ends}))
+    names = {end.node_name for end in ends}
+    # DDS tells of an end before it tells whose it is.
+    return ', '.join(sorted(names - {UNKNOWN})) or (ends and 'a node that is not known yet') or ''
 
 
 def subscribers(node: Node, name: str) -> dict[str, bytes]:
