@@ -88,7 +88,7 @@ def test_what_there_was_no_time_for_is_said(small, tmp_path):
     """The shortest study names the sections and settings that it has not; no table is empty."""
     assert run(tmp_path) == 0
     text = (tmp_path / 'report.md').read_text()
-    assert 'Not run for lack of time: 4 symplectic' in text
+    assert 'Not run for lack of time (method on columns): symplectic on 4' in text
     assert 'Not measured for lack of time: a finer grid' in text
     assert not re.search(r'(\| :?--:? )+\|\n\n', text)
 

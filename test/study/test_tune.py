@@ -44,7 +44,7 @@ class Table:
     """
 
     cost_ms, error_px = 0.1, 100.0
-    refuted, restless, odd = {}, (), ()
+    refuted, restless, odd, parted = {}, (), (), 0.4
 
     def __init__(self, monkeypatch):
         self.seen = []
@@ -79,7 +79,7 @@ class Table:
 
     def horizon(self):
         """Return when two runs part."""
-        return 0.4
+        return self.parted
 
 
 @pytest.fixture
@@ -149,9 +149,16 @@ def test_the_promise_names_horizon_value_and_spread(table, tmp_path):
     text = (tmp_path / 'tuned.yaml').read_text()
     assert chosen(tmp_path)['grid.columns'] == 16
     for words in ('6.6 px (RMS) after 0.2 s', '(6.2 and 6.9 px in two', '7.5 px are allowed.',
-                  'two converged runs part: after 0.4 s.', 'worst statistic is 1 times',
+                  'two converged runs part: 0.4 s.', 'its statistics are 1 times',
                   'Rests: 0.1 mm/s', 'Cost: 2.1 ms of processor time'):
         assert words in text, words
+
+
+def test_what_is_asked_for_beyond_the_horizon_is_said(table, tmp_path):
+    """An error after two converged runs have parted is none of the settings'."""
+    table.parted = 0.1
+    assert run(tmp_path, 20.0) == 0
+    assert 'THAT IS SOONER' in (tmp_path / 'tuned.yaml').read_text()
 
 
 def test_finer_grids_are_tried_when_the_check_refutes_the_cheap_ones(table, tmp_path):

@@ -22,7 +22,7 @@ from flag_sim.declarations.factories import cloth_of, look_of
 from flag_sim.drawing import Picture
 from flag_sim.study.measures import errors, summary
 from flag_sim.study.measures.ablation_terms import settings_of, Term
-from flag_sim.study.measures.behaves import behaves
+from flag_sim.study.measures.behaves import behaves, together
 from flag_sim.study.measures.follows import HORIZONS
 from flag_sim.study.measures.judge import LENGTH, SETTLE
 from flag_sim.study.measures.long_run import observed
@@ -141,8 +141,8 @@ class AblationRuns:
                 settings = self.settings[which]
                 shot = Shot(changed(settings, {'gust.seed': settings['gust.seed'] + gusts}))
                 runs.append(observed(shot, self.cloth(which), camera, SETTLE, LENGTH))
-        worst = math.inf if None in with_it else max(behaves(without, with_it).values())
-        return {'behaves': worst, 'rests': rest(self.shots[1], self.cloth(1)).speed}
+        number = math.inf if None in with_it else together(behaves(without, with_it))
+        return {'behaves': number, 'rests': rest(self.shots[1], self.cloth(1)).speed}
 
     def _pictures(self, ends):
         """Return by how much the pictures of both runs differ at all the windows' ends."""

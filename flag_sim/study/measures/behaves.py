@@ -130,3 +130,8 @@ def behaves(runs: list[LongRun | None], reference: list[LongRun]) -> dict[str, f
         enumerate(runs), enumerate(reference)) if i != j]
     return {name: float(np.mean([one.distance(*pair) for pair in pairs])) / own[name]
             for name, one in STATISTICS.items()}
+
+
+def together(distances: dict[str, float]) -> float:
+    """Return the one number of `behaves`: the root mean square over all statistics."""
+    return rms(list(distances.values()))

@@ -67,8 +67,8 @@ def text(store: Store) -> str:
         f'follows: px after {seconds:g} s', 'behaves', 'rests: mm/s'], lines)}
 
 Costs are processor time of a frame, physics and drawing. *Follows*: how far off a vertex is in the
-picture, a while after both were in the same state. *Behaves*: how far its worst statistic is from
-the reference's; up to {behaves.WITHIN:g} is as good as the reference in other gusts. *Rests*: the
+picture, a while after both were in the same state. *Behaves*: how far its statistics are from
+the reference's, in its own scatter (RMS); up to {behaves.WITHIN:g} is allowed. *Rests*: the
 speed that is left in calm air; up to {rests.SLOW:g} mm/s is at rest. Nothing is recommended that
 does not behave and rest; a row has an error only as far as the references allow to tell:
 {references.in_short(store)}"""
@@ -82,7 +82,7 @@ def plots(store: Store) -> Iterator[tuple[str, str]]:
     seconds = horizons.HORIZONS[2]
     panels = (
         ('follows', f'error after {seconds:g} s [px]', error, None),
-        ('behaves', "worst statistic [the reference's scatter]",
+        ('behaves', "statistics' distance [own scatter]",
          {name: row['behaves'] for name, row in known.items()}, behaves.WITHIN),
         ('rests', 'speed in calm air [mm/s]',
          {name: max(row['rests'], SLOWEST_MS) for name, row in known.items()}, rests.SLOW))

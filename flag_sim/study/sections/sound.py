@@ -64,16 +64,21 @@ def text(store: Store) -> str:
               None if math.isinf(row['rests']) else row['rests'],
               None if math.isinf(row['rests']) else row['sag_mm'],
               'yes' if is_sound(row) else 'no'] for row in rows]
-    missing = [name for name in follows.settings() if not store.row(NAME, name)]
+    missing = {}
+    for name in follows.settings():
+        columns, _, method = name.partition(' ')
+        if not store.row(NAME, name):
+            missing.setdefault(method, []).append(columns)
+    words = '; '.join(f'{method} on {", ".join(columns)}' for method, columns in missing.items())
     return f"""## Behaves and rests: what is left beyond the horizon
 
 **Behaves applies to all that is watched for longer than the horizon.** Over {LENGTH:.0f} s, how
 far is each statistic from the reference's, if 1 is how far the reference's own runs in other gusts
-are from one another? The number is that of the worst statistic; {behaves.WITHIN:g} are allowed.
+are from one another? The number is the RMS over all of them; {behaves.WITHIN:g} is allowed.
 **Rests applies to shots with calm air.** The wind stops, a hand stills the flag
 ({rests.STILLED:g} s of `node_damping`), and it is let alone: the speed that is left after
 {rests.FREE:g} s (RMS) may be {rests.SLOW:g} mm/s, and it may hang {100 * rests.DEEPER:g} % of its
 length deeper or higher than statics says.
 
 {table(['setting', 'behaves', *STATISTICS, 'rests, mm/s', 'deeper, mm', 'both'], lines)}
-""" + (f'\nNot run for lack of time: {", ".join(missing)}.' if missing else '')
+""" + (f'\nNot run for lack of time (method on columns): {words}.' if words else '')
