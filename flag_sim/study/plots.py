@@ -59,12 +59,15 @@ def figure(path: Path, columns: int = 1, rows: int = 1, size: tuple = (7.0, 4.5)
         path, optimize=True)
 
 
+WIDE = 1e5  # range of an axis, as a factor, from which on powers of ten are left to matplotlib
+
+
 def decimal_ticks(*axes) -> None:
     """Write 0.5 and 20 at logarithmic axes, not powers of ten."""
     from matplotlib.ticker import FuncFormatter, LogLocator
     for axis in (axis for one in axes for axis in (one.xaxis, one.yaxis)):
-        if axis.get_scale() == 'log':
-            low, high = axis.get_view_interval()
+        low, high = axis.get_view_interval()
+        if axis.get_scale() == 'log' and high < WIDE * low:
             few = (1.0, 2.0, 5.0) if high > 30.0 * low else (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)
             axis.set_major_locator(LogLocator(subs=few))
             axis.set_major_formatter(FuncFormatter(lambda value, _: f'{value:g}'))

@@ -148,5 +148,7 @@ after {follows.HORIZONS[2]:g} s.
 
 {table(['setting', 'ms a frame', *titles], lines)}
 
-Costs less than {100.0 * summary.resolution(rows):.2g} % apart count as one, as times scatter.
+A method's number is that of its steps in a frame; 'softened' is symplectic with `substeps_limit`
+at {100 * SOFTENED:g} % of the steps that it asks for. Costs less than
+{100.0 * summary.resolution(rows):.2g} % apart count as one, as times scatter.
 Order of the frontier's errors (Kendall's tau; 1 is the same order): {agreement}."""

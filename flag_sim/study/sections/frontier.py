@@ -70,8 +70,7 @@ Costs are processor time of a frame, physics and drawing. *Follows*: how far off
 picture, a while after both were in the same state. *Behaves*: how far its statistics are from
 the reference's, in its own scatter (RMS); up to {behaves.WITHIN:g} is allowed. *Rests*: the
 speed that is left in calm air; up to {rests.SLOW:g} mm/s is at rest. Nothing is recommended that
-does not behave and rest; a row has an error only as far as the references allow to tell:
-{references.in_short(store)}"""
+does not behave and rest. {references.in_short(store)}"""
 
 
 def plots(store: Store) -> Iterator[tuple[str, str]]:

@@ -67,9 +67,9 @@ def in_short(store: Store) -> str:
     """Return in a sentence what the references can tell apart."""
     row = store.row(NAME, GRID) or store.row(NAME, STEP)
     if not row:
-        return 'how far that is was not measured.'
+        return 'How exact the references are was not measured.'
     own = own_error(store, follows.RANKED)
-    return (f'the reference of forecasts is itself wrong by {own:.2g} px after '
+    return (f'The reference of forecasts is itself wrong by {own:.2g} px after '
             f'{horizons.HORIZONS[2]:g} s, so that differences below {5.0 * own:.2g} px are none.')
 
 
