@@ -70,7 +70,8 @@ def in_short(store: Store) -> str:
         return 'How exact the references are was not measured.'
     own = own_error(store, follows.RANKED)
     return (f'The reference of forecasts is itself wrong by {own:.2g} px after '
-            f'{horizons.HORIZONS[2]:g} s, so that differences below {5.0 * own:.2g} px are none.')
+            f'{horizons.HORIZONS[2]:g} s, so that errors below {5.0 * own:.2g} px are uncertain '
+            'by more than a fifth.')
 
 
 def text(store: Store) -> str:
