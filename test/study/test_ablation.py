@@ -20,7 +20,7 @@ from flag_sim.cloth.model import Model
 from flag_sim.cloth.state import State
 from flag_sim.declarations.factories import cloth_of
 from flag_sim.study import plots, runner
-from flag_sim.study.measures import ablation_runs, rests
+from flag_sim.study.measures import ablation_runs, behaves, rests
 from flag_sim.study.measures.ablation_runs import AblationRuns
 from flag_sim.study.measures.ablation_terms import (
     CONTROL, finer, in_true_wind, settings_of, SHOTS, Term, TERMS, TrueWind)
@@ -72,10 +72,10 @@ def test_one_of_on_and_off_is_the_default_and_the_reason_says_which(term):
 
 
 def test_without_gravity_the_flag_does_not_sink():
-    """Half a meter in 0.3 s of free fall would be 80 pixels here; the wind bears part of it."""
+    """0.2 m in 0.2 s of free fall would be some 35 pixels here; the wind bears part of it."""
     row = measured('gravity', 'calm')
     assert 1.0 < row['px_rms'] < row['px_worst'] < 80.0
-    assert row['behaves'] > 3.0
+    assert row['behaves'] > behaves.WITHIN
     assert row['changed'] > 0.02 and row['levels'] > 1.0 and row['psnr_db'] < 30.0
 
 
