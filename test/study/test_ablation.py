@@ -188,7 +188,8 @@ def test_nothing_but_the_wind_is_another_in_the_true_wind(node_damping):
 def test_a_wind_that_does_not_know_the_velocity_moves_the_cloth_more(tmp_path):
     """Its brake is gone; and it has no time, since no user can have it."""
     row = measured('wind relative to the cloth')
-    assert row['px_rms'] > 1.0 and row['behaves'] > 1.0
+    # In gusts, as runs of a steady wind would all be one.
+    assert row['px_rms'] > 1.0 and behaves.WITHIN < row['behaves'] < 1000.0
     assert all(row[name] is None for name in TIMES)
     key = {'term': 'wind relative to the cloth', 'shot': 'fresh'}
     assert '| – | – | on: the air brakes' in ablation.text(stored(tmp_path, key | row))

@@ -36,6 +36,7 @@ WINDOWS = 6
 SPACING = 0.7  # from one window to the next [s]
 WINDOW = HORIZONS[2]  # length of a window [s]
 SEEDS = 3  # of the gusts, for the long runs with a term; without it one less
+GUSTS = 0.3  # intensity for the long runs of a steady shot: else they would all be the same run
 REPEATS = 15  # frames that are timed, of each of both runs in turn
 VISIBLE = 3
 """Levels of 255 by which a channel of a pixel must change for the pixel to count as changed."""
@@ -135,10 +136,11 @@ class AblationRuns:
     def _sound(self):
         """Return how the flag behaves and rests without the term; inf where it diverges."""
         camera = look_of(self.settings[0]).camera
+        gusty = {} if self.settings[0]['gust.intensity'] else {'gust.intensity': GUSTS}
         with_it, without = [], []
         for which, runs in enumerate((with_it, without)):
+            settings = changed(self.settings[which], gusty)
             for gusts in range(SEEDS - which):
-                settings = self.settings[which]
                 shot = Shot(changed(settings, {'gust.seed': settings['gust.seed'] + gusts}))
                 runs.append(observed(shot, self.cloth(which), camera, SETTLE, LENGTH))
         number = math.inf if None in with_it else together(behaves(without, with_it))

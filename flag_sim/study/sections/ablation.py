@@ -89,7 +89,8 @@ TEXT = f"""## What each effect is worth
 Each term of the model and of the light is switched off alone (those that are off by default: on),
 and measured as above, with the run that has it as the reference. Follows: pixels after
 {WINDOW:g} s, at the ends of {WINDOWS} windows that begin from the same states. Behaves: 1 is what
-other gusts change; the control, "nothing", begins a nanometre aside. Rests: without the term.
+other gusts change, which are of 0.3 where the shot has none; the control, "nothing", begins a
+nanometre aside. Rests: without the term.
 Pixels changed by at least {VISIBLE} levels: of the pictures at the windows' ends. Times: processor
 time of frames taken in turns with and without, of the physics where the motion changes, else of
 the drawing, with the larger interquartile range of both: a saving below it is none.

@@ -93,17 +93,23 @@ def plots(store: Store) -> Iterator[tuple[str, str]]:
                 for number, method in enumerate(follows.methods(others)):
                     _line(axes, method, drawing.LINES[number], cost, values, known)
                 axes.set(xscale='log', yscale='log', ylabel=label, title=name)
+                # Of methods that were not run for long there is nothing to see.
+                axes.set_visible(any(len(line.get_xdata()) for line in axes.lines))
                 axes.plot(cost[follows.DEFAULT], values.get(follows.DEFAULT, float('nan')), 's',
                           ms=15, mfc='none', mec='0.4')
                 if limit:
                     axes.axhline(limit, color='0.6', lw=1)
-            axes_of_row[-1].legend(*axes_of_row[0].get_legend_handles_labels(), fontsize='small')
+            last = [axes for axes in axes_of_row if axes.get_visible()][-1:]
+            for axes in last:
+                axes.legend(*axes_of_row[0].get_legend_handles_labels(), fontsize='small')
         own = references.own_error(store, follows.RANKED)
         if own:
             for axes in grid[:, 0]:
                 axes.axhline(own, color='0.6', ls=':')
-        for axes in grid[1]:
-            axes.set_xlabel('processor time of a frame [ms]')
+        for column in grid.T:
+            for axes in [axes for axes in column if axes.get_visible()][-1:]:
+                axes.set_xlabel('processor time of a frame [ms]')
+                axes.tick_params(labelbottom=True)
         drawing.decimal_ticks(*grid.flat)
     yield 'frontier.png', (
         'Cost against each measure: lower left is better. Along a line the grid grows. Above: '
