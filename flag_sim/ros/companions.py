@@ -105,7 +105,8 @@ class Companions:
             self._clients[node].remove_pending_request(self._pending[node])
         future = self._pending[node] = self._clients[node].call_async(
             GetParameters.Request(names=[declaration.name for declaration in declarations]))
-        future.add_done_callback(lambda done: self._learn(node, declarations, done.result()))
+        future.add_done_callback(self._node.guarded(
+            lambda done: self._learn(node, declarations, done.result())))
 
     def _learn(self, node, declarations, answer):
         if node not in self._found:

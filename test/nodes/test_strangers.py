@@ -25,12 +25,11 @@ from rcl_interfaces.msg import Parameter as ParameterMessage, ParameterEvent, Pa
 from rcl_interfaces.srv import GetParameters
 import rclpy
 from rclpy.parameter import Parameter
-from rclpy.serialization import serialize_message
 from rclpy.task import Future
 from std_msgs.msg import Header
 from support.bench import Bench
 from support.frames import parameters_message
-from support.nodes import made
+from support.nodes import hear, made
 
 SENDERS = [{'publisher_gid': {'data': [number] * 16}} for number in range(2)]
 
@@ -57,7 +56,7 @@ def test_two_winds_at_once_make_few_lines(physics, capfd):
         for sender, take in zip(SENDERS, (10, 20)):
             message = parameters_message(
                 '/wind', FrameId(10_000_000 * index, take, index, index), (6.0, 2.0, 0.5), {})
-            physics._hear(message, sender)
+            hear(physics.node, 'parameters', message, sender)
     assert len(physics.clouds) == 598
     assert len(lines_of(capfd)) < 10
 
@@ -226,12 +225,11 @@ def test_an_event_with_many_changes_is_one_change(domain, tmp_path, capfd):
 def test_two_winds_at_once_make_few_lines_of_a_recorder(domain, tmp_path, capfd):
     """Every frame is of another take than the one before."""
     with made('recorder', domain, tmp_path) as node:
-        hear = next(one for one in node.subscriptions if one.topic_name == '/parameters').callback
         for index in range(1, 100):
             for sender, take in zip(SENDERS, (10, 20)):
-                hear(serialize_message(parameters_message(
+                hear(node, 'parameters', parameters_message(
                     '/wind', FrameId(10_000_000 * index, take, index, index),
-                    (6.0, 2.0, 0.5), {})), sender)
+                    (6.0, 2.0, 0.5), {}), sender)
         assert sum('another take' in line for line in lines_of(capfd)) <= MAX_REASONS
 
 
