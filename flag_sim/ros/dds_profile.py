@@ -30,6 +30,9 @@ OWN_TRANSPORTS = (
     'FASTDDS_BUILTIN_TRANSPORTS', 'FASTDDS_ENVIRONMENT_FILE', 'ROS2_EASY_MODE')
 OWN_PROFILES = 'DEFAULT_FASTDDS_PROFILES.xml', 'DEFAULT_FASTRTPS_PROFILES.xml'
 
+# Variables that lead to other hosts whatever the range of discovery is.
+FAR_PEERS = 'ROS_STATIC_PEERS', 'ROS_DISCOVERY_SERVER'
+
 SHM = Path('/dev/shm')
 SEGMENT_LOCK = re.compile(r'fastdds_[0-9a-f]{16}_el')
 YOUNG = 5.0  # a lock file may be made, but not locked yet [s]
@@ -51,8 +54,15 @@ def set_dds_profile() -> None:
             and not any(os.environ.get(name) for name in OWN_TRANSPORTS)
             and not any(os.path.exists(name) for name in OWN_PROFILES)):
         remove_dead_segments()
-        name = 'fastdds.xml' if is_shm_shared() else 'fastdds_udp.xml'
+        name = ('fastdds_udp.xml' if not is_shm_shared() else
+                'fastdds_local.xml' if is_local() else 'fastdds.xml')
         os.environ['FASTDDS_DEFAULT_PROFILES_FILE'] = str(config_path(name))
+
+
+def is_local() -> bool:
+    """Return whether the user lets nodes find one another on their own host only."""
+    return (os.environ.get('ROS_AUTOMATIC_DISCOVERY_RANGE') in ('LOCALHOST', 'OFF')
+            and not any(os.environ.get(name) for name in FAR_PEERS))
 
 
 def is_shm_shared(shm: Path = SHM) -> bool:

@@ -15,15 +15,18 @@
 """The profile that the nodes bring to Fast DDS, and that any choice of the user's wins over it."""
 import fcntl
 import os
+import re
 import socket
 import subprocess
 import sys
 
 from flag_sim.parameters.config import config_path
-from flag_sim.ros.dds_profile import is_shm_shared, remove_dead_segments, set_dds_profile
+from flag_sim.ros.dds_profile import (
+    FAR_PEERS, is_shm_shared, remove_dead_segments, set_dds_profile)
 import pytest
 
 OURS = str(config_path('fastdds.xml'))
+HERE = {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
 CHOICES = {
     'FASTDDS_DEFAULT_PROFILES_FILE': 'mine.xml', 'FASTRTPS_DEFAULT_PROFILES_FILE': 'mine.xml',
     'FASTDDS_BUILTIN_TRANSPORTS': 'UDPv4', 'FASTDDS_ENVIRONMENT_FILE': 'mine.json',
@@ -35,7 +38,7 @@ CHOICES = {
 def nothing_is_chosen(monkeypatch, tmp_path):
     """Take every choice away, as in a new shell."""
     monkeypatch.chdir(tmp_path)
-    for name in CHOICES:
+    for name in (*CHOICES, *FAR_PEERS, 'ROS_AUTOMATIC_DISCOVERY_RANGE'):
         monkeypatch.delenv(name, raising=False)
 
 
@@ -48,12 +51,40 @@ def brought():
 @pytest.mark.parametrize('name, value', [
     ('X', ''), *((name, '') for name in CHOICES), ('RMW_FASTRTPS_USE_QOS_FROM_XML', '0'),
     ('RMW_IMPLEMENTATION', 'rmw_fastrtps_cpp'), ('ROS_DISCOVERY_SERVER', '127.0.0.1:11811'),
-    ('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')])
+    ('ROS_AUTOMATIC_DISCOVERY_RANGE', 'SUBNET')])
 def test_it_is_brought_where_nothing_is_chosen(monkeypatch, name, value):
     """Neither an empty variable nor a place to discover nodes at is a choice of transports."""
     monkeypatch.setenv(name, value)
     monkeypatch.setenv('FASTDDS_DEFAULT_PROFILES_FILE', '')  # so that it is restored
     assert brought() == OURS
+
+
+@pytest.mark.parametrize('far', ['', *FAR_PEERS])
+@pytest.mark.parametrize('reach', ['LOCALHOST', 'OFF'])
+def test_on_one_host_messages_go_in_large_pieces(monkeypatch, reach, far):
+    """Unless a way to other hosts is named as well."""
+    monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', reach)
+    monkeypatch.setenv('FASTDDS_DEFAULT_PROFILES_FILE', '')  # so that it is restored
+    if far:
+        monkeypatch.setenv(far, '10.0.0.2')
+    assert brought() == (OURS if far else str(config_path('fastdds_local.xml')))
+
+
+def settings(name):
+    """Return the lines of a profile, without comments and the size of datagrams."""
+    text = re.sub('(?s)<!--.*?-->', '', config_path(name).read_text())
+    text = text.replace('<maxMessageSize>1400</maxMessageSize>', '')
+    return [line.strip() for line in text.splitlines() if line.strip()]
+
+
+def test_the_profiles_differ_only_in_how_messages_travel():
+    """By the size of datagrams, and by shared memory."""
+    ours = settings('fastdds.xml')
+    assert settings('fastdds_local.xml') == ours
+    begin, end = (ours.index(f'<{mark}transport_descriptor>') for mark in ('', '/'))
+    without = ours[:begin] + ours[end + 1:]
+    without.remove('<transport_id>large_shared_memory</transport_id>')
+    assert settings('fastdds_udp.xml') == without
 
 
 @pytest.mark.parametrize('name', CHOICES)
@@ -89,7 +120,7 @@ def test_what_is_chosen_is_what_fast_dds_does(domain, environment, is_ours):
     """Its shared memory holds many pictures with our profile, else the stock half megabyte."""
     done = subprocess.run(
         [sys.executable, '-c', LARGEST_SEGMENT], check=True, capture_output=True, text=True,
-        env={**os.environ, 'ROS_DOMAIN_ID': str(domain), **environment})
+        env={**os.environ, **HERE, 'ROS_DOMAIN_ID': str(domain), **environment})
     assert (int(done.stdout) > 20_000_000) == is_ours, done.stdout
 
 
@@ -123,7 +154,7 @@ os.kill(os.getpid(), 9)
 def test_a_killed_node_leaves_nothing_for_long(domain):
     """Its segment is gone once another node starts."""
     done = subprocess.run([sys.executable, '-c', KILLED], capture_output=True, text=True,
-                          env={**os.environ, 'ROS_DOMAIN_ID': str(domain)})
+                          env={**os.environ, **HERE, 'ROS_DOMAIN_ID': str(domain)})
     left = set(done.stdout.split())
     assert left
     for name in left:
