@@ -18,7 +18,7 @@ from pathlib import Path
 import traceback
 
 from flag_sim.protocol.throttled_log import Entry
-from flag_sim.ros.intake import Intake
+from flag_sim.ros.intake import Intake, RequestIntake
 from flag_sim.ros.node_log import NodeLog
 from rclpy.node import Node
 from rclpy.publisher import Publisher
@@ -83,7 +83,10 @@ class GuardedNode(Node):
         def answer(request, response):
             answered = call(request, response)
             return srv_type.Response() if answered is None else answered
-        return super().create_service(srv_type, srv_name, answer, **options)
+        intake = RequestIntake(self, answer)
+        service = super().create_service(srv_type, srv_name, intake, **options)
+        intake.attach(service)
+        return service
 
 
 class GuardedPublisher:

@@ -12,11 +12,12 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What stands between a subscription and its callback."""
+"""What stands between a subscription, or a service, and its callback."""
 import collections
 from collections.abc import Callable
 import inspect
 import time
+from typing import NamedTuple
 
 from rclpy.serialization import deserialize_message
 
@@ -24,6 +25,9 @@ LONGEST_QUEUE = 100_000_000
 """How old a message may be that is served before all that came meanwhile [ns]."""
 KEPT = 8
 """Messages of a topic that wait for their turn; of more the latest, as in the middleware."""
+
+KEPT_REQUESTS = 100
+"""Requests to a service that wait for their turn; of more the latest."""
 
 
 class Intake:
@@ -90,6 +94,64 @@ class Intake:
         except RuntimeError:  # of the middleware; it names a line in its source
             raise ValueError(f'{len(data)} bytes on {self._topic} are no '
                              f'{self._type.__name__}') from None
+
+
+class Later(NamedTuple):
+    """In place of an answer: what it is to be made from, in its turn."""
+
+    request: object
+    response: object
+
+
+class RequestIntake:
+    """
+    The callback of a service, and what sends its answers in place of rclpy's own.
+
+    node: a GuardedNode; answer(request, response): returns the answer. As of messages, a flood of
+    requests keeps nothing else waiting: one is served each time that the queue of the executor
+    has gone round.
+    """
+
+    def __init__(self, node: object, answer: Callable):
+        self._node = node
+        self._answer = answer
+        self._send = None
+        self._waiting = collections.deque(maxlen=KEPT_REQUESTS)
+        self._is_scheduled = False
+
+    def attach(self, service: object) -> None:
+        """Send the answers of an rclpy service, whose callback this is."""
+        self._send, service.send_response = service.send_response, self._send_response
+
+    def __call__(self, request: object, response: object) -> object:
+        """Return the answer, or a Later where a request was served already in this round."""
+        if self._node.defer is None:
+            return self._answer(request, response)
+        if self._is_scheduled:
+            return Later(request, response)
+        self._schedule()
+        return self._answer(request, response)
+
+    def _schedule(self):
+        self._is_scheduled = True
+        self._node.defer(self._serve_next)
+
+    def _send_response(self, response, header):
+        if isinstance(response, Later):
+            self._waiting.append((response, header))
+        else:
+            self._send(response, header)
+
+    def _serve_next(self):
+        self._is_scheduled = False
+        if not self._waiting:
+            return
+        later, header = self._waiting.popleft()
+        self._schedule()
+        try:
+            self._send(self._answer(*later), header)
+        except Exception as error:
+            self._node.report(error)
 
 
 def _age(info):

@@ -26,6 +26,7 @@ from rcl_interfaces.srv import GetParameters
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.task import Future
 from std_msgs.msg import Header
 
@@ -177,6 +178,19 @@ def test_a_future_set_by_another_thread_ends_the_spinning(executor, node):
     late.set_result(None)
 
 
+def test_a_mismatch_of_quality_of_service_is_told(executor, node, capfd):
+    """By rclpy, whichever executor hands its events on."""
+    said = []
+
+    def is_told():
+        said.append(capfd.readouterr().err)
+        return 'incompatible QoS' in ''.join(said)
+    node.create_subscription(Header, 'some', lambda _: None, 8)
+    node.create_publisher(Header, 'some', QoSProfile(
+        depth=8, reliability=ReliabilityPolicy.BEST_EFFORT))
+    spin(node, is_told)
+
+
 def test_the_fallback_is_told_once(node, capfd, monkeypatch):
     """With the reason."""
     monkeypatch.setattr(spinning, 'EventsExecutor', None)
@@ -187,6 +201,32 @@ def test_the_fallback_is_told_once(node, capfd, monkeypatch):
     monkeypatch.setattr(spinning, 'get_rmw_implementation_identifier', lambda: 'rmw_other')
     spin(node, lambda: True)
     assert 'tested with rmw_fastrtps_cpp only' in capfd.readouterr().err
+
+
+def test_requests_that_come_at_once_hold_up_no_topic(executor, node):
+    """They are answered all the same, in their order."""
+    asked, answered, heard = [], [], []
+
+    def answer(request, response):
+        answered.append(int(request.names[0]))
+        return response
+    node.create_service(GetParameters, 'ask', answer)
+    client = node.create_client(GetParameters, 'ask')
+    out = node.create_publisher(Header, 'some', 8)
+    node.create_subscription(
+        Header, 'some', lambda _: heard.append(len(asked) - len(answered)), 8)
+    assert client.wait_for_service(30.0)
+
+    def ask():
+        if max(heard, default=0) <= 1 and len(answered) == len(asked) == 10 * len(heard):
+            for _ in range(10):
+                client.call_async(GetParameters.Request(names=[str(len(asked))]))
+                asked.append(None)
+            out.publish(Header())
+            time.sleep(0.05)  # so that all have arrived, the message last
+    node.create_timer(0.01, ask)
+    spin(node, lambda: max(heard, default=0) > 1 and len(answered) == len(asked))
+    assert answered == list(range(len(asked)))
 
 
 def test_a_flood_on_one_topic_holds_up_no_other(executor, domain, monkeypatch):
