@@ -3,6 +3,7 @@ PYTHON ?= python3
 SHOT ?= gust
 MINUTES ?= 5
 WORKERS ?= 2
+SOAK_MINUTES ?= 120
 
 # Where a ROS installation is sourced, its rclpy is on PYTHONPATH (-S hides all other packages)
 # and is used, together with the system's numpy, which it was built for. Everywhere else ROS
@@ -18,8 +19,9 @@ help:
 	@echo 'make demo   film config/$(SHOT).yaml into out/demo (another shot: make demo SHOT=name)'
 	@echo 'make test   run all tests, in WORKERS=$(WORKERS) processes'
 	@echo 'make soak   run 2000 random extremes of the cloth for each method that promises to bear them,'
-	@echo '            finer grids, statistics of more flights, damaged files, and 100000 hostile'
-	@echo '            inputs for the nodes: about three quarters of an hour'
+	@echo '            finer grids, statistics of more flights, damaged files, 100000 hostile inputs'
+	@echo '            for the nodes, networks that lose and delay, and then twice the whole graph'
+	@echo '            for SOAK_MINUTES=$(SOAK_MINUTES), into out/soak.json (5: an hour in all)'
 	@echo 'make bench  measure frames per second and the work on many keys, into out/bench*.json'
 	@echo 'make bench-cloth    move the cloth beside other programs, into out/bench-cloth.json'
 	@echo 'make bench-drawing  draw frames beside other programs, into out/bench-drawing.json'
@@ -41,10 +43,12 @@ test:
 	@.venv/bin/python -m pytest -rs -n '$(WORKERS)' --dist worksteal
 
 soak:
-	@FLAG_SIM_EXTREMES=2000 FLAG_SIM_SOAK=1 FLAG_SIM_DAMAGED=5000 .venv/bin/python -m pytest -rsP \
+	@FLAG_SIM_EXTREMES=2000 FLAG_SIM_SOAK=1 FLAG_SIM_DAMAGED=5000 \
+	FLAG_SIM_SOAK_MINUTES='$(SOAK_MINUTES)' .venv/bin/python -m pytest -rsP \
 	test/cloth/test_conservation.py test/cloth/test_extremes.py test/cloth/test_refinement.py \
 	test/cloth/test_statistics.py test/nodes/test_damaged_files.py test/nodes/test_hosts.py \
-	test/nodes/test_fuzz.py
+	test/nodes/test_fuzz.py test/nodes/test_faults.py test/nodes/test_graph.py \
+	test/drawing/test_again.py test/nodes/test_soak.py
 
 bench:
 	@.venv/bin/python test/benchmark/pipeline.py

@@ -22,13 +22,14 @@ import time
 from flag_sim.declarations.recorder import RECORDER
 from flag_sim.protocol.cdr import serialized_stamp
 from flag_sim.protocol.recording import Placement, Recording
+from flag_sim.protocol.stamp_buffer import StampBuffer
 from flag_sim.protocol.throttled_log import Entry
 from flag_sim.ros import frame_message, messages
 from flag_sim.ros.bag import Bag
 from flag_sim.ros.lifecycle import run
 from flag_sim.ros.node_log import NodeLog
 from flag_sim.ros.parameter_node import BadParameter, ParameterNode
-from flag_sim.ros.topics import publish, publishers, subscribe, TOPICS
+from flag_sim.ros.topics import DEPTH, publish, publishers, subscribe, TOPICS
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.serialization import deserialize_message
 
@@ -65,6 +66,7 @@ class Recorder(ParameterNode):
         self._bag = Bag(path, self.values['storage'], self.values['compression'])
         self._recording = Recording([name for name in self._topics if TOPICS[name].every_frame],
                                     self.values['frames'])
+        self._early = {name: StampBuffer(DEPTH) for name in self._topics}
         self._end_timer = None  # looks whether a recording that is full has been heard
         self._last_asked = 0.0  # steady time at which a frame was last requested again [s]
         self._log = NodeLog(self)
@@ -98,6 +100,8 @@ class Recorder(ParameterNode):
         def write(data, info):
             for message in self._follow(data, info) if name == 'parameters' else [data]:
                 self._write(name, topic, message)
+                if name == 'parameters':
+                    self._write_early(serialized_stamp(message))
         subscribe(self, name, self._refusing(name, write), raw=True)
 
     def _refusing(self, name, take_in):
@@ -126,12 +130,22 @@ class Recorder(ParameterNode):
                 'another take begins (the wind was reset, a bag is played again, or there is '
                 f'another sender): it is appended to {self._bag.path} after '
                 f'{counted(self._stopwatch.frames, "frame")}')), 'takes')
+        if takes < self._recording.takes:
+            for early in self._early.values():
+                early.keep(())  # they were of the take before
         return now
+
+    def _write_early(self, stamp):
+        """Write what came before the parameters of its frame, which are there now."""
+        for name, early in self._early.items():
+            if stamp in early:
+                self._write(name, self.resolve_topic_name(name), early.pop(stamp))
 
     def _answer(self, data, info):
         """Follow the takes by parameters that are not recorded; say so for a complete frame."""
         for message in self._follow(data, info):
             stamp = serialized_stamp(message)
+            self._write_early(stamp)
             if self._recording.is_complete(stamp):
                 self._answer_again(stamp)
         self._end_if_full()
@@ -146,11 +160,16 @@ class Recorder(ParameterNode):
         if self.ended.done():
             return
         stamp = serialized_stamp(data)
+        if self._recording.is_early(name, stamp):
+            self._early[name].put(stamp, data)
+            return
         placement = self._recording.place(name, stamp)
         if placement is Placement.ANSWER:
             self._answer_again(stamp)
         if placement is not Placement.WRITE:
             return
+        # A sender serves frames in their order: those after this one were of the take before.
+        self._early[name].keep({early for early in self._early[name] if early < stamp})
         try:
             with self._stopwatch.measure('work'):
                 self._bag.write(topic, self._recording.time(stamp), data)

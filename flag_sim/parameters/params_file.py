@@ -55,7 +55,10 @@ def _resolved(path: str | Path) -> tuple[Path, Path]:
 
 def start_folder(path: str | Path) -> Path:
     """Return the folder that counts while a node runs that was started with `path`, or with ''."""
-    return _resolved(path)[1] if path else Path.cwd()
+    try:
+        return _resolved(path)[1] if path else Path.cwd()
+    except FileNotFoundError:
+        raise ValueError('save_to: the working directory is gone') from None
 
 
 def check_within(path: str | Path, folder: Path) -> None:

@@ -55,7 +55,8 @@ class Recording:
         self._length = length
         self._missing: dict[int, set[str]] = {}  # topics by stamp, of frames not complete
         self._latest = collections.OrderedDict()  # stamps of the latest complete frames
-        self._followed = collections.OrderedDict()  # stamps of the take's latest parameters
+        # {stamp: whether it has a take} of the take's latest parameters
+        self._followed = collections.OrderedDict()
         self._take = None  # number of the present take
         self._in_takes = collections.OrderedDict()  # {number: complete frames} of those before it
         self._order = FrameOrder()
@@ -87,6 +88,7 @@ class Recording:
         `data`, and what was held back before it.
         """
         if frame.take is None:
+            self._note(frame.stamp, self._followed.get(frame.stamp, False))
             return [data]
         held, self._held = self._held, None
         arrival = self._order.arrive(frame, sender)
@@ -107,11 +109,14 @@ class Recording:
 
     def _count(self, stamp):
         """Note that the parameters of the take's frame at `stamp` [ns] have come."""
-        if stamp not in self._followed:
+        if not self._followed.get(stamp):
             self.in_take += stamp in self._latest
-            self._followed[stamp] = None
-            if len(self._followed) > REMEMBERED_FRAMES:
-                self._followed.popitem(last=False)
+            self._note(stamp, True)
+
+    def _note(self, stamp, has_take):
+        self._followed[stamp] = has_take
+        if len(self._followed) > REMEMBERED_FRAMES:
+            self._followed.popitem(last=False)
 
     def _begin_take(self, number, stamp):
         """Let a take whose first frame has `stamp` [ns] follow in the bag after the one before."""
@@ -131,6 +136,16 @@ class Recording:
             self.in_take = self._in_takes.pop(number, 0)
         self._take = number
         self.takes += 1
+
+    def is_early(self, topic: str, stamp: int) -> bool:
+        """
+        Return whether a message has come before its frame's parameters, in a take after the first.
+
+        It may be a late one of the take before, which had a frame of the same stamp: then it comes
+        before what its sender makes of the new take's earlier frames.
+        """
+        return (self.takes > 1 and topic in self._every_frame and topic != 'parameters'
+                and stamp not in self._followed and stamp not in self._latest)
 
     def place(self, topic: str, stamp: int) -> Placement:
         """
@@ -154,12 +169,22 @@ class Recording:
             return Placement.IGNORE
         if self.has_all_frames:
             return Placement.IGNORE
-        missing = self._missing.setdefault(stamp, set(self._every_frame))
+        missing = self._missing.get(stamp)
+        if missing is None:
+            self._make_room()
+            missing = self._missing[stamp] = set(self._every_frame)
         if topic not in missing:
             self.copies += 1
             return Placement.IGNORE
         missing.discard(topic)
         return Placement.WRITE
+
+    def _make_room(self):
+        """Of many incomplete frames forget one, first one of which no parameters told."""
+        if len(self._missing) >= REMEMBERED_FRAMES:
+            stranger = (stamp for stamp in self._missing if stamp not in self._followed)
+            del self._missing[next(stranger, next(iter(self._missing)))]
+            self._lost += 1
 
     def is_complete(self, stamp: int) -> bool:
         """Return whether a frame of the newest take is one of the latest complete ones."""
@@ -178,11 +203,8 @@ class Recording:
         self._latest[stamp] = None
         if len(self._latest) > REMEMBERED_FRAMES:
             self._latest.popitem(last=False)
-        if len(self._missing) > REMEMBERED_FRAMES:
-            del self._missing[min(self._missing)]
-            self._lost += 1
         self.complete += 1
-        self.in_take += not self.takes or stamp in self._followed
+        self.in_take += not self.takes or self._followed.get(stamp, False)
         return True
 
     def lacking(self) -> tuple[int, set[str]] | None:

@@ -53,6 +53,10 @@ class StampBuffer(Generic[Value]):
         self._values = {later: kept for later, kept in self._values.items() if later > stamp}
         return value
 
+    def pop(self, stamp: int) -> Value:
+        """Return the value of a stamp, which is not kept any longer."""
+        return self._values.pop(stamp)
+
     def keep(self, stamps: Collection[int]) -> None:
         """Keep only the values of these stamps."""
         self._values = {stamp: kept for stamp, kept in self._values.items() if stamp in stamps}

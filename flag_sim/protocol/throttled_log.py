@@ -85,6 +85,11 @@ class Refusals:
             del self._logged[next(iter(self._logged))]
         return True
 
+    def end_silence(self) -> None:
+        """Let what is over now be told again after WARN_EVERY, if it comes again."""
+        self._logged = {reason: (at, min(rest, WARN_EVERY))
+                        for reason, (at, rest) in self._logged.items()}
+
 
 class RateLimit:
     """Lets MAX_REASONS lines by within WARN_EVERY, whatever they say: what is new each time."""

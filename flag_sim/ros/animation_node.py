@@ -24,7 +24,7 @@ from flag_sim.parameters.params_file import (
     check_path, check_within, save_parameters, start_folder)
 from flag_sim.protocol.throttled_log import Entry
 from flag_sim.ros.companions import COMPANIONS, Companions
-from flag_sim.ros.parameter_node import ParameterNode, to_parameter
+from flag_sim.ros.parameter_node import BadParameter, ParameterNode, to_parameter
 
 
 def is_part(name: str) -> bool:
@@ -49,7 +49,10 @@ class AnimationNode(ParameterNode):
         super().__init__(name, declarations, allow_undeclared_parameters=True)
         self.timeline = self._timeline_of(self.values)
         self._warn_of_keys()
-        self._save_folder = start_folder(self.values['save_to'])
+        try:
+            self._save_folder = start_folder(self.values['save_to'])
+        except ValueError as error:
+            raise BadParameter(str(error)) from None
         self._file = None, None  # the path that was saved last, and which file it is
         self._trouble = ''       # why the shot could not be saved, as it was said
         self._saved = None  # the companions that are in the file that was saved last

@@ -20,13 +20,14 @@ from pathlib import Path
 import sqlite3
 
 from flag_sim.parameters import checks
+from flag_sim.ros.bag_index import IndexOnDisk
 from flag_sim.ros.parameter_node import BadParameter
 from flag_sim.ros.topics import TOPICS
 
 try:
-    from flag_sim.ros.bag_reader import BagReader
+    from flag_sim.ros.bag_reader import BagReader, check_sqlite_path
     from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
-    from rosbags.rosbag2 import WriterError
+    from rosbags.rosbag2 import ReaderError, WriterError
     from rosbags.typesys import get_typestore, Stores
 except ImportError:
     Writer = None
@@ -72,7 +73,10 @@ class Bag:
         self._whole = 0  # bytes of the file at the last flush
         self._types = get_typestore(Stores.ROS2_KILTED)
         self._connections = {}
+        self._index = contextlib.ExitStack()
         try:
+            if storage == 'sqlite3':
+                check_sqlite_path(self.path)
             self._writer = Writer(self.path, version=9,
                                   storage_plugin=StoragePlugin[storage.upper()])
             if compression == 'zstd':
@@ -83,8 +87,11 @@ class Bag:
                 # To wait for the disk at every flush took 30 ms. The system has all of it either
                 # way, and keeps it whatever becomes of this process.
                 self._writer.storage.conn.execute('PRAGMA synchronous = OFF')
+            else:
+                self._writer.storage.chunks = self._index.enter_context(
+                    contextlib.closing(IndexOnDisk(self.path)))
             self._identity = _identity(self._file)
-        except (WriterError, OSError, sqlite3.Error) as error:
+        except (ReaderError, WriterError, OSError, sqlite3.Error) as error:
             raise BadParameter(f'path {self.path}: {error}') from None
 
     def add_topic(self, topic: str, message_type: type) -> None:
@@ -140,7 +147,7 @@ class Bag:
             raise OSError(KEPT)
         self.flush()
         try:
-            with self._ending():
+            with self._ending(), self._index:
                 self._writer.close()
         except OSError as error:
             raise OSError(f'{error}; {KEPT}') from None
@@ -153,7 +160,7 @@ class Bag:
     def _abort(self):
         """Leave the file as it was at the last flush: no record of it is cut off."""
         self._is_aborted = True
-        with contextlib.suppress(OSError, sqlite3.Error):
+        with contextlib.suppress(OSError, sqlite3.Error), self._index:
             self._writer.abort()
         if self._storage == 'mcap' and _identity(self._file) == self._identity:
             with contextlib.suppress(OSError):

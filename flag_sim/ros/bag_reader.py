@@ -37,6 +37,8 @@ LARGEST_METADATA = 1 << 24
 """Bytes of a metadata.yaml."""
 SCHEMA, CHANNEL, CHUNK = 3, 4, 6  # kinds of records in MCAP
 LAST_KIND = 0x0E                  # of those that may come before the data's end
+JOURNAL_MAGIC = bytes.fromhex('d9d505f920a163d7')
+"""First bytes of a journal of SQLite; the last ones too where it names a super-journal."""
 
 
 def _of_zstd(data, size=LARGEST):
@@ -124,21 +126,52 @@ class _Sqlite(Sqlite3Reader):
     is_cut = False
 
     def open(self):  # noqa: A003
+        check_sqlite_path(self.path)
         opened(self.path).close()
-        for ending in ('-journal', '-wal'):
+        for ending in ('-journal', '-wal', '-shm'):
             left = Path(f'{self.path}{ending}')
-            if left.exists() and left.stat().st_size:
-                self.is_cut = True
-                with contextlib.closing(sqlite3.connect(self.path)) as file:
-                    file.execute('PRAGMA wal_checkpoint(TRUNCATE)').fetchall()
-                    file.execute('SELECT count(*) FROM sqlite_master').fetchone()
+            if left.is_symlink():
+                raise ReaderError(f'{left} is a link.')
+            if left.exists() and left.stat().st_size and ending != '-shm':
+                self._recover(left)
+        with contextlib.closing(sqlite3.connect(f'file:{self.path}?immutable=1',
+                                                uri=True)) as file:
+            _check_objects(file)
         super().open()
+
+    def _recover(self, left):
+        """Have SQLite take back, or finish, what was being written."""
+        with opened(left) as journal:
+            journal.seek(max(left.stat().st_size - len(JOURNAL_MAGIC), 0))
+            if not left.name.endswith('-wal') and journal.read() == JOURNAL_MAGIC:
+                # No recorder writes one, and SQLite would delete whatever file it names.
+                raise ReaderError(f'{left} names another file.')
+        self.is_cut = True
+        with contextlib.closing(sqlite3.connect(self.path)) as file:
+            file.execute('PRAGMA wal_checkpoint(TRUNCATE)').fetchall()
+            file.execute('SELECT count(*) FROM sqlite_master').fetchone()
 
     def messages(self, connections, start=None, stop=None):
         for connection, at, data in super().messages(connections, start, stop):
             if not isinstance(at, int) or not isinstance(data, bytes):
                 raise ReaderError(f'A message is {type(data).__name__} at {type(at).__name__}.')
             yield connection, at, data
+
+
+def check_sqlite_path(path: Path) -> None:
+    """Raise ReaderError for a path that rosbags, which quotes nothing, takes for another one."""
+    if set('?%#') & set(str(path)):
+        raise ReaderError('A path of sqlite3 has no ?, % or #.')
+
+
+def _check_objects(file):
+    """Raise ReaderError unless a file holds tables alone, and these nothing but what is stored."""
+    for kind, name in file.execute('SELECT type, name FROM sqlite_master').fetchall():
+        if kind not in ('table', 'index'):
+            raise ReaderError(f'{name!r} is a {kind}.')
+        quoted = name.replace('"', '""')
+        if any(column[-1] for column in file.execute(f'PRAGMA table_xinfo("{quoted}")')):
+            raise ReaderError(f'{name!r} has columns that are computed.')
 
 
 class _Folder(DirectoryReader):

@@ -15,8 +15,11 @@
 """Companions: the physics and renderer nodes of a wind, and their parameters' values."""
 from collections.abc import Callable, Mapping
 import contextlib
+import time
+from typing import NamedTuple
 
 from flag_sim.declarations.nodes import defaults, named, NODES
+from flag_sim.ros.messages import to_stamp
 from flag_sim.ros.parameter_node import ParameterNode
 from flag_sim.ros.topics import subscribers
 from rcl_interfaces.msg import ParameterEvent
@@ -32,6 +35,20 @@ MAX_COMPANIONS = 16
 """Nodes of which the parameters are known; more than these are not asked."""
 COMPANIONS = ('physics', 'renderer')
 """Names of the nodes that are companions, in any namespace."""
+LONGEST_DELAY = 5_000_000_000
+"""By how much an event may come later than an answer to a question after it [ns]."""
+
+
+class Learnt(NamedTuple):
+    """The names of values that are known from an answer alone, and when it was made [ns]."""
+
+    names: set[str]
+    asked: int
+    answered: int
+
+    def may_hold(self, name: str, stamp: int) -> bool:
+        """Return whether the answer may hold a change that was made at `stamp` [ns] already."""
+        return name in self.names and self.asked - LONGEST_DELAY <= stamp <= self.answered
 
 
 class Companions:
@@ -43,7 +60,8 @@ class Companions:
 
     node: the wind. on_answer(name): called when a node, by its full name, has sent its values.
     on_change(changes): called with every change on a companion or the wind itself, as
-    [(kind, name, value, old)]; old is the parameter's default where it is not known.
+    [(kind, name, value, old)]; old is the parameter's default where it is not known: an answer may
+    come before the event of a change that it holds already.
     """
 
     def __init__(self, node: ParameterNode, on_answer: Callable[[str], None],
@@ -56,6 +74,7 @@ class Companions:
         self._found = {}  # the endpoint of each node that was found, which a restart renews
         self._asked = {}  # in which look each node was asked last
         self._pending = {}  # what each node was asked and has not answered
+        self._learnt = {}  # of each node that has answered and not said of all its changes
         self._answered = set()
         self._clients = {}
         self._looks = 0
@@ -73,6 +92,7 @@ class Companions:
                     continue
                 if name in self._found:
                     self._known[name] = {}
+                    self._learnt.pop(name, None)
                 self._found[name] = endpoint
                 self._asked.pop(name, None)
                 self._answered.discard(name)
@@ -88,7 +108,7 @@ class Companions:
         return name in self._found or len(self._found) < MAX_COMPANIONS
 
     def _forget(self, node):
-        for noted in (self._found, self._known, self._asked, self._pending):
+        for noted in (self._found, self._known, self._asked, self._pending, self._learnt):
             noted.pop(node, None)
         self._answered.discard(node)
         if node in self._clients:
@@ -105,17 +125,20 @@ class Companions:
             self._clients[node].remove_pending_request(self._pending[node])
         future = self._pending[node] = self._clients[node].call_async(
             GetParameters.Request(names=[declaration.name for declaration in declarations]))
+        asked = time.time_ns()
         future.add_done_callback(self._node.guarded(
-            lambda done: self._learn(node, declarations, done.result())))
+            lambda done: self._learn(node, declarations, done.result(), asked)))
 
-    def _learn(self, node, declarations, answer):
+    def _learn(self, node, declarations, answer, asked):
         if node not in self._found:
             return  # it was forgotten meanwhile
         self._pending.pop(node, None)
         known = self._known.setdefault(node, {})
+        learnt = self._learnt[node] = Learnt(set(), asked, time.time_ns())
         for declaration, value in zip(declarations, answer.values):
             # What was heard meanwhile is not older than the answer.
             if declaration.name not in known:
+                learnt.names.add(declaration.name)
                 with contextlib.suppress(RuntimeError):  # a type that ROS does not know
                     _keep(known, declaration, parameter_value_to_python(value))
         self._answered.add(node)
@@ -128,6 +151,7 @@ class Companions:
             return
         known = self._known.setdefault(event.node, {})
         declarations = named(kind)
+        learnt, stamp = self._learnt.get(event.node), to_stamp(event.stamp)
         changes = []
         # Of many changes of one parameter the last one counts.
         for parameter in {one.name: one for one in event.changed_parameters}.values():
@@ -138,8 +162,12 @@ class Companions:
                 continue  # a value of a type that ROS does not know
             if declaration is not None:
                 old = known.get(declaration.name, declaration.default)
+                if learnt and learnt.may_hold(declaration.name, stamp) and old == value:
+                    old = declaration.default  # what it was before the answer is not known
                 changes.append((kind, declaration.name, value, old))
                 _keep(known, declaration, value)
+                if learnt:
+                    learnt.names.discard(declaration.name)
         if changes:
             self._on_change(changes)
 

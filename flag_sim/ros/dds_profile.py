@@ -22,6 +22,7 @@ import socket
 import time
 
 from flag_sim.parameters.config import config_path
+from flag_sim.ros.dead_ports import bury_dead_ports, SHM
 
 # Variables, and files in the working directory, by which users choose profiles or transports of
 # Fast DDS. A discovery server (ROS_DISCOVERY_SERVER) is no such choice: it goes with our profile.
@@ -30,10 +31,6 @@ OWN_TRANSPORTS = (
     'FASTDDS_BUILTIN_TRANSPORTS', 'FASTDDS_ENVIRONMENT_FILE', 'ROS2_EASY_MODE')
 OWN_PROFILES = 'DEFAULT_FASTDDS_PROFILES.xml', 'DEFAULT_FASTRTPS_PROFILES.xml'
 
-# Variables that lead to other hosts whatever the range of discovery is.
-FAR_PEERS = 'ROS_STATIC_PEERS', 'ROS_DISCOVERY_SERVER'
-
-SHM = Path('/dev/shm')
 SEGMENT_LOCK = re.compile(r'fastdds_[0-9a-f]{16}_el')
 YOUNG = 5.0  # a lock file may be made, but not locked yet [s]
 CLAIM = '@flag_sim/shm/'
@@ -50,19 +47,26 @@ def set_dds_profile() -> None:
     """
     if (os.environ.get('RMW_IMPLEMENTATION') or 'rmw_fastrtps_cpp') != 'rmw_fastrtps_cpp':
         return
+    bury_dead_ports()
     if (os.environ.get('RMW_FASTRTPS_USE_QOS_FROM_XML') != '1'
             and not any(os.environ.get(name) for name in OWN_TRANSPORTS)
             and not any(os.path.exists(name) for name in OWN_PROFILES)):
         remove_dead_segments()
-        name = ('fastdds_udp.xml' if not is_shm_shared() else
-                'fastdds_local.xml' if is_local() else 'fastdds.xml')
-        os.environ['FASTDDS_DEFAULT_PROFILES_FILE'] = str(config_path(name))
+        os.environ['FASTDDS_DEFAULT_PROFILES_FILE'] = str(config_path(_profile()))
 
 
-def is_local() -> bool:
-    """Return whether the user lets nodes find one another on their own host only."""
-    return (os.environ.get('ROS_AUTOMATIC_DISCOVERY_RANGE') in ('LOCALHOST', 'OFF')
-            and not any(os.environ.get(name) for name in FAR_PEERS))
+def _profile():
+    """
+    Return the file that suits where this process's peers are.
+
+    Pieces that fit a frame of Ethernet save messages where frames are lost, but Fast DDS cuts
+    messages into them in shared memory too: a picture of 640 x 480 then takes twice as long.
+    """
+    if not is_shm_shared():
+        return 'fastdds_udp.xml'
+    is_local = os.environ.get('ROS_AUTOMATIC_DISCOVERY_RANGE') == 'LOCALHOST'
+    has_peers = any(os.environ.get(name) for name in ('ROS_STATIC_PEERS', 'ROS_DISCOVERY_SERVER'))
+    return 'fastdds_this_host.xml' if is_local and not has_peers else 'fastdds.xml'
 
 
 def is_shm_shared(shm: Path = SHM) -> bool:

@@ -61,15 +61,17 @@ class Delivery(FramesInFlight):
         self._log = NodeLog(node)
         self._send_again = send_again
         self._on_done = on_done
-        self._warned = None, 0.0  # stamp of the frame that was last warned of, and when [s]
+        self._warned = None, 0.0  # stamp of the frame that was last waited for, and when [s]
+        self._told = None         # stamp of the frame that the log says is not done
         subscribe(node, 'frame_done', self._on_frame_done)
 
     def _on_frame_done(self, message):
         stamp = to_stamp(message.stamp)
         if not self.done(stamp, message.frame_id, time.monotonic()):
             return
-        if stamp == self._warned[0]:
-            self._log.write_few(Entry('info', f'the frame at {stamp / 1e9:.3f} s is done'))
+        if stamp == self._told:
+            self._told = None
+            self._log.write_end(Entry('info', f'the frame at {stamp / 1e9:.3f} s is done'))
         self._on_done()
 
     def resend_overdue(self, now: float) -> None:
@@ -100,5 +102,6 @@ class Delivery(FramesInFlight):
         if last == stamp and now - at < WARNING_PERIOD:
             return
         self._warned = stamp, now
-        self._log.warn(f'the frame at {stamp / 1e9:.3f} s is not done: waiting for {late}; '
-                       'sent again')
+        reason = f'the frame at {stamp / 1e9:.3f} s is not done: waiting for {late}; sent again'
+        if self._log.write_once(Entry('warning', reason)):
+            self._told = stamp

@@ -128,7 +128,8 @@ def _read_fields(message, fields, names):
                              f'{message.point_step}')
         parts.append(np.ndarray((message.height, message.width), kind, message.data,
                                 field.offset, (message.row_step, message.point_step)))
-    values = np.stack(parts, axis=2).astype(np.float64)
+    with np.errstate(invalid='ignore'):  # of a signalling NaN, which is refused below
+        values = np.stack(parts, axis=2).astype(np.float64)
     finite = np.isfinite(values)
     if not finite.all():
         row, column, axis = np.argwhere(~finite)[0]

@@ -49,10 +49,17 @@ class NodeLog:
         else:
             self._logger.info(text)
 
-    def write_once(self, entry: Entry, source: str = '') -> None:
-        """Write a line, unless the same was written a while ago."""
-        if self._refusals[source].is_worth_logging(entry.text, time.monotonic()):
+    def write_once(self, entry: Entry, source: str = '') -> bool:
+        """Write a line, unless the same was written a while ago; return whether it was."""
+        is_worth = self._refusals[source].is_worth_logging(entry.text, time.monotonic())
+        if is_worth:
             self.write(entry)
+        return is_worth
+
+    def write_end(self, entry: Entry, source: str = '') -> None:
+        """Write that something is over, of which a source was told; it may be told again soon."""
+        self._refusals[source].end_silence()
+        self.write(entry)
 
     def write_few(self, entry: Entry, source: str = '') -> None:
         """Write a line that is new each time, unless there were many a moment ago."""

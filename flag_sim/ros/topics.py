@@ -18,6 +18,7 @@ from typing import NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticArray
 from flag_sim.ros.guard import GuardedPublisher
+from flag_sim.ros.incompatible import publisher_events, subscription_events, UNKNOWN
 from flag_sim.ros.parameter_node import BadParameter
 from flag_sim.ros.qos_overrides import check_overrides
 from geometry_msgs.msg import Vector3Stamped
@@ -75,13 +76,16 @@ def _quality(node, name, end):
 def publish(node: Node, name: str) -> GuardedPublisher:
     """Return a publisher of topic `name` of `TOPICS` for `node`."""
     return GuardedPublisher(node, node.create_publisher(
-        TOPICS[name].message, name, **_quality(node, name, 'publisher')))
+        TOPICS[name].message, name, event_callbacks=publisher_events(node, name),
+        **_quality(node, name, 'publisher')))
 
 
 def publishers(node: Node, name: str) -> str:
     """Return the names of the nodes that publish a topic, as far as `node` knows, or ''."""
     ends = node.get_publishers_info_by_topic(node.resolve_topic_name(name))
-    return ', '.join(sorted({end.node_name for end in ends}))
+    names = {end.node_name for end in ends}
+    # DDS tells of an end before it tells whose it is.
+    return ', '.join(sorted(names - {UNKNOWN})) or (ends and 'a node that is not known yet') or ''
 
 
 def subscribers(node: Node, name: str) -> dict[str, bytes]:
@@ -94,4 +98,5 @@ def subscribers(node: Node, name: str) -> dict[str, bytes]:
 def subscribe(node: Node, name: str, callback: Callable, raw: bool = False) -> Subscription:
     """Subscribe `node` to topic `name` of `TOPICS`; raw: the callback gets serialised bytes."""
     return node.create_subscription(TOPICS[name].message, name, callback, raw=raw,
+                                    event_callbacks=subscription_events(node, name),
                                     **_quality(node, name, 'subscription'))

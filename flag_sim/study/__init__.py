@@ -20,9 +20,8 @@ The study: what accuracy costs on this machine, measured, drawn and written down
     store      rows that survive an interruption    settings_file  params files, read and written
     report     the report and its tables            machine        which one, and how busy it is
     plots      what all plots share
-    measures/  what is measured and how: settings, reference, trials, errors; ablation, stability
+    measures/  what is measured: follows, behaves, rests, and a judge that asks all three
     sections/  the report's sections, one file each: what is run, its tables, its plots
 
-Measures know nothing of what stands beside them; to measure errors otherwise, exchange the
-Measures of measures.errors, from which columns and titles follow. Knows nothing of ROS.
+Measures know nothing of what stands beside them. Knows nothing of ROS.
 """

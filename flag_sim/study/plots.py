@@ -18,13 +18,18 @@ import contextlib
 import importlib.util
 from pathlib import Path
 
-from flag_sim.cloth.solvers import SOLVERS
 import numpy as np
 
 MISSING = ("Plots are missing: matplotlib is not installed (pip install 'flag_sim[study]', or the "
            'package python3-matplotlib).')
 COLORS = ('#0072b2', '#e69f00', '#000000', '#d55e00', '#009e73', '#cc79a7', '#56b4e9')
 """Okabe and Ito's, which the colour-blind can tell apart; markers must differ too."""
+
+
+LINES = tuple({'color': color, 'marker': marker, 'ls': dash, 'ms': 6, 'lw': 1.3}
+              for color, marker, dash in zip(COLORS[2:3] + COLORS[:2] + COLORS[3:5], 'osD^v',
+                                             ('-', '--', '-.', ':', (0, (5, 1, 1, 1, 1, 1)))))
+"""Styles of the lines of a plot, at most so many; they differ in grey too, by mark and dash."""
 
 
 def can_draw() -> bool:
@@ -54,12 +59,15 @@ def figure(path: Path, columns: int = 1, rows: int = 1, size: tuple = (7.0, 4.5)
         path, optimize=True)
 
 
+WIDE = 1e5  # range of an axis, as a factor, from which on powers of ten are left to matplotlib
+
+
 def decimal_ticks(*axes) -> None:
     """Write 0.5 and 20 at logarithmic axes, not powers of ten."""
     from matplotlib.ticker import FuncFormatter, LogLocator
     for axis in (axis for one in axes for axis in (one.xaxis, one.yaxis)):
-        if axis.get_scale() == 'log':
-            low, high = axis.get_view_interval()
+        low, high = axis.get_view_interval()
+        if axis.get_scale() == 'log' and high < WIDE * low:
             few = (1.0, 2.0, 5.0) if high > 30.0 * low else (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)
             axis.set_major_locator(LogLocator(subs=few))
             axis.set_major_formatter(FuncFormatter(lambda value, _: f'{value:g}'))
@@ -79,11 +87,3 @@ def dot_chart(axes, names: list[str], points: list[tuple], label: str) -> None:
                       **{'fmt': 'o', 'capsize': 3, **style})
     axes.set_yticks(range(len(names)), names, fontsize='small')
     axes.set(xlabel=label, ylim=(len(names) - 0.5, -0.5))
-
-
-def solver_style(solver: str) -> dict:
-    """Return the colour and marks by which a solver is known in every plot."""
-    if solver == 'seed':
-        return {'color': 'black', 'marker': 'X', 'ls': '--'}
-    index = list(SOLVERS).index(solver) if solver in SOLVERS else len(SOLVERS)
-    return {'color': f'C{index}', 'marker': 'osD^vP*p'[index], 'ls': '-', 'ms': 4}

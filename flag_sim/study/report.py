@@ -21,6 +21,11 @@ from flag_sim.study.runner import load_of_others
 from flag_sim.study.store import Store
 
 
+TITLE = """# What accuracy costs
+
+How near a flag can be had to the exact one, and for how much processor time."""
+
+
 def table(head: list[str], rows: list[list]) -> str:
     """
     Return a Markdown table; columns of numbers are aligned to the right, but for the first.
@@ -45,38 +50,37 @@ def number(value: float | str | None) -> str:
     return f'{value:.3g}' if abs(value) < 1000.0 else f'{value:.0f}'
 
 
-def median_and_quartiles(quartiles: tuple[float, float, float] | None) -> list:
-    """Return the two fields of a table for (lower quartile, median, upper quartile)."""
-    return [None, None] if quartiles is None else [
-        quartiles[1], f'{quartiles[0]:.3g} to {quartiles[2]:.3g}']
-
-
 def write(store: Store, sections: list, minutes: float) -> Path:
     """Write report.md, on modules of sections, into the store's folder; return its path."""
-    texts = _head(minutes, load_of_others(store))
+    texts, missing = [TITLE], []
     for section in sections:
-        rows, name = store.rows(section.NAME), section.NAME
-        if not rows:
-            texts.append(f'## {name}\n\nNot measured: there was not enough time.')
+        text = section.text(store).strip()
+        if not text:
+            missing.append(section.NAME)
             continue
-        texts.append(section.text(rows).strip())
+        texts.append(text)
         if plots.can_draw() and hasattr(section, 'plots'):
-            texts += [f'![{name}]({file})\n\n*{what_to_see}*'
-                      for file, what_to_see in section.plots(rows, store.folder)]
-        texts.append(f'All numbers: [{name}.csv]({name}.csv)')
+            texts += [f'![{file.removesuffix(".png")}]({file})\n\n*{what_to_see}*'
+                      for file, what_to_see in section.plots(store)]
+        if store.rows(section.NAME):
+            texts.append(f'All numbers: [{section.NAME}.csv]({section.NAME}.csv)')
+    if missing:
+        texts.append(f'Not measured, as there was not enough time: {", ".join(missing)}. The same '
+                     'command goes on from here.')
     path = store.folder / 'report.md'
-    path.write_text('\n\n'.join(texts) + '\n')
+    path.write_text('\n\n'.join([*texts, *_foot(minutes, load_of_others(store))]) + '\n')
     return path
 
 
-def _head(minutes, others):
-    """Return the title, the machine, and how far its times can be trusted."""
-    texts = ['# What accuracy costs', table(['', ''], [
+def _foot(minutes, others):
+    """Return where it was measured, and how far its times can be trusted."""
+    texts = ['## Where it was measured', table(['', ''], [
         ['date', datetime.datetime.now().astimezone().strftime('%Y-%m-%d %H:%M %Z')],
         ['machine', f'{machine.processor()}, {machine.cores()} cores'],
         ['with', machine.versions()], ['time given', f'{minutes:g} min'],
         ['processors kept busy by others', None if others is None else f'{others:.2f}']])]
     if machine.is_busy(others):
         texts.append(f'**This machine was busy with something else (it took {others:.2f} '
-                     'processors on average): its times are longer than they need be.**')
+                     'processors on average).** Times are those of the processor, which others '
+                     'lengthen only by sharing its caches; compare them with one another.')
     return texts if plots.can_draw() else [*texts, plots.MISSING]

@@ -13,41 +13,39 @@
 # limitations under the License.
 
 """
-The search for the cheapest settings: candidates from cheap to dear, each on all windows.
+The search of tune: candidates by what they cost, until one keeps all that is asked.
 
-A candidate's error is measured in a shot to tune on, predicted for other shots, and checked in one
-that it was not tuned on.
+A candidate's error is measured in two shots of other gusts; the later rows are those of a shot in
+which nothing was dropped before. Whatever refutes a candidate, the next dearer one is tried.
 """
 import math
 from typing import NamedTuple
 
-from flag_sim.cloth import Air
 from flag_sim.declarations.factories import cloth_of, hang_of, look_of
-from flag_sim.study.measures import errors, summary
-from flag_sim.study.measures.reference import FINEST, nested, on_grid, Reference, WINDOW
+from flag_sim.study.measures import behaves, errors, rests, summary
+from flag_sim.study.measures.judge import EXACT, Judge, LENGTH, OTHER_GUSTS, RUNS, SETTLE, work
+from flag_sim.study.measures.reference import LEAD, nested, on_grid, SPACING, SPIN_UP
 from flag_sim.study.measures.settings import changed, Settings
-from flag_sim.study.measures.stability_trial import largest_step
-from flag_sim.study.measures.trials import Trials
 from flag_sim.study.runner import key_of, measure_missing, print_progress
 from flag_sim.study.store import Store
 import numpy as np
 
-MARGIN = 2.0
-"""Standard deviations by which a prediction is on the safe side: 1 of 40 fails if it is normal."""
-WINDOWS, CHECKS = 6, 6  # windows of the shot to tune on, and of the shot to check on
-OTHER_SEED = 1000  # added to gust.seed, for the shot to check on
+WINDOWS = 6  # of each of two shots
+OTHERS = 6       # windows of another shot, for which the promise is to hold
+MARGIN = 1.3
+"""Standard deviations by which a prediction is on the safe side: 1 of 10 fails if it is normal."""
+COARSEST = 7     # columns of the coarsest grid that is tried
+HOPELESS = 2.0  # times the error that is allowed: what is so wrong in FIRST windows is dropped
+FIRST = 2
 MIN_GUSTS = 0.3  # least gust.intensity: in a steady wind all windows would be much alike
-STRETCH_RUN = 4.0
-"""Length of the run that tells how far a sheet is stretched [s]; its second half counts."""
-MAX_STEPS = 20000  # steps that the reference may take in a frame, some ten seconds
-DEARER = 2.0
-"""How much dearer a candidate may be, by its work, than the cheapest good one to be tried."""
+MAX_WORK = 1e9   # nodes times steps of a second that the coarsest reference may take
 MAX_LOAD = 0.8
 """
 Part of a frame's time that physics and drawing may take, one after the other.
 
 The rest is for what tune does not see: messages, and moments in which the machine is slower.
 """
+NODE_NS = 15.0  # processor time of a node in a step [ns], by which tune tells its own
 CHOSEN = ('rate', 'grid.columns', 'grid.rows', 'damping', 'solver', 'substeps',
           'substeps_limit', 'step_safety', 'precision')
 """
@@ -55,17 +53,21 @@ The parameters that are chosen.
 
 Not threads: they would be taken from the renderer, which draws one frame while the next moves.
 """
+BETWEEN = (12, 16)
+"""Of grids of 3 n x 2 n cells that are not nested in the reference's, between those that are."""
+YOURS = 'your own settings'
 
 
 def methods() -> dict[str, Settings]:
     """Return {name: changes}: steps that keep the material as it is, and friction in it."""
     exact = {'solver': 'symplectic', 'substeps': 0, 'precision': 'float64'}
     return {
-        'symplectic': exact,
         'symplectic float32': {**exact, 'precision': 'float32'},
+        'symplectic': exact,
+        'verlet': {**exact, 'solver': 'verlet'},
         **{f'{name} {steps}': {**exact, 'solver': name, 'substeps': steps,
                                'substeps_limit': steps}
-           for name in ('xpbd', 'implicit') for steps in (2, 5, 10)},
+           for name, steps in (('xpbd', 5), ('implicit', 5), ('implicit', 10))},
     }
 
 
@@ -77,35 +79,18 @@ def require(settings: Settings) -> None:
     """
     at_rest = cloth_of(settings).positions
     errors.pixel_distances(at_rest, at_rest, look_of(settings).camera)
-    fine = cloth_of(on_grid(settings, *FINEST))
-    steps = 1.0 / (settings['rate'] * largest_step('symplectic', fine.material, Air(), fine.mesh))
-    if steps > MAX_STEPS:
+    coarsest = on_grid(settings, 21, 31, **EXACT)
+    if work(coarsest) > MAX_WORK:
         raise ValueError(
-            f'the reference, on {FINEST[1]} x {FINEST[0]} nodes, may take at most {MAX_STEPS} '
-            f'steps a frame, and this sheet needs {steps:.0f}: lower its stiffness or damping')
+            f'a reference may take {MAX_WORK:.0e} nodes times steps a second, and this sheet '
+            f'needs {work(coarsest):.1e} on 31 x 21 nodes: lower its stiffness or damping')
 
 
-class Option(NamedTuple):
-    """Settings by name; cost of a frame [ms]; error [px] that other shots should stay below."""
-
-    name: str
-    cost_ms: float
-    error_px: float
-
-
-class Choice(NamedTuple):
-    """The option to take, and whether it keeps the budget of error and that of time."""
-
-    option: Option
-    is_accurate: bool
-    is_fast: bool
-
-
-def predicted(errors_px: list[float], others: int) -> float:
+def predicted(errors_px: list[float], others: int = OTHERS) -> float:
     """
     Return what the RMS error [px] of as many `others` windows should stay below.
 
-    errors_px: of windows of one shot; inf if one diverged. The mean of their squares is
+    errors_px: of windows that were measured; inf if one diverged. The mean of their squares is
     predicted for new windows with its standard deviation, the root of s2 (1 / n + 1 / others).
     """
     squares = np.square(errors_px)
@@ -115,160 +100,170 @@ def predicted(errors_px: list[float], others: int) -> float:
     return math.sqrt(np.mean(squares) + MARGIN * spread)
 
 
-def choose(options: list[Option], error_px: float, limit_ms: float) -> Choice:
-    """
-    Return the Choice from a list of Options for budgets of error [px] and time [ms].
+class Verdict(NamedTuple):
+    """What is known of a candidate."""
 
-    The cheapest that keeps both; if none does, the most accurate that keeps the time; if none
-    keeps the time, the cheapest. Raises ValueError for an empty list.
-    """
-    if not options:
-        raise ValueError('there is nothing to choose from')
-    fast = [option for option in options if option.cost_ms <= limit_ms]
-    good = [option for option in fast if option.error_px <= error_px]
-    if good or not fast:
-        best = min(good or options, key=lambda option: option.cost_ms)
-    else:
-        best = min(fast, key=lambda option: (option.error_px, option.cost_ms))
-    return Choice(best, best.error_px <= error_px, best.cost_ms <= limit_ms)
+    name: str
+    cost_ms: float             # of a frame, physics and drawing: processor time
+    errors_px: list[float]     # after the time that is asked, in each window; inf: diverged
+    behaves: float = math.nan  # see Judge.behave; NaN: not looked at
+    rests: float = math.nan    # see Judge.rest
+    sag_mm: float = math.nan
+
+    @property
+    def error_px(self) -> float:
+        """Return the RMS error over all windows [pixel]."""
+        return summary.rms(np.array(self.errors_px))
+
+    @property
+    def bound_px(self) -> float:
+        """Return what the error of another shot should stay below [pixel]."""
+        return predicted(self.errors_px)
+
+    def is_sound(self, length: float) -> bool:
+        """Return whether it behaves, rests and does not hang too long; length: of the flag [m]."""
+        return (self.behaves <= behaves.WITHIN and self.rests <= rests.SLOW
+                and abs(self.sag_mm) <= 1e3 * rests.DEEPER * length)
+
+
+class Choice(NamedTuple):
+    """The candidate to take, and what of the promise it keeps."""
+
+    verdict: Verdict
+    is_accurate: bool
+    is_sound: bool
+    is_fast: bool
 
 
 class Search:
     """
-    Tries settings for one camera and one rate; what it has measured is kept in a Store.
+    Tries settings for one scene and one rate; what it has measured is kept in a Store.
 
-    settings: of the user's scene, camera and sheet; rate: frames a second.
+    settings: of the user's scene, camera and sheet; rate: frames a second; seconds: after how long
+    the error counts.
     """
 
-    def __init__(self, settings: Settings, rate: float, store: Store):
+    def __init__(self, settings: Settings, rate: float, seconds: float, store: Store):
         gusts = max(settings['gust.intensity'], MIN_GUSTS)
         self.settings = changed(settings, {'rate': rate, 'gust.intensity': gusts})
         self.store = store
-        frames = max(1, round(WINDOW * rate))
-        self.window_s = frames / rate
-        self._trials = {}
-        for part, seed in (('tune', 0), ('check', OTHER_SEED)):
-            shot = changed(self.settings, {'gust.seed': self.settings['gust.seed'] + seed})
-            self._trials[part] = Trials(
-                Reference(shot, frames, store.folder / part, FINEST), shot, frames)
-        self.candidates, self._works = {}, {}
-        self._add_candidates()
+        self.judge = Judge(self.settings, store.folder, (seconds,))
+        self.seconds = self.judge.frames[0] / rate
+        self.length = hang_of(settings)[1]
+        self.candidates = self._candidates()
         self.limit_ms = MAX_LOAD * 1e3 / rate
+        self.shots = (0, OTHER_GUSTS)  # added to gust.seed: one shot to look in, one to check
 
-    def _add_candidates(self):
-        """Set {name: settings} and {name: work of a frame}, from cheap to dear by that work."""
-        found = {}
-        for rows, columns in nested(FINEST):
+    def _candidates(self):
+        """Return {name: settings}: the user's own, and every method on every grid."""
+        found, half = {YOURS: self.settings}, (self.judge.finest[0] + 1) // 2
+        between = [(2 * n + 1, 3 * n + 1) for n in BETWEEN if 2 * n < half]
+        for rows, columns in [*nested(self.judge.finest), *between]:
+            if columns < COARSEST:
+                continue
             for method, changes in methods().items():
-                settings = on_grid(self.settings, rows, columns, **changes)
-                steps = cloth_of(settings).advance(1.0 / self.settings['rate']).granted
-                work = rows * columns * steps * (1 if 'symplectic' in method else 4)
-                found[f'{columns} x {rows}, {method}'] = work, settings
-        for name, (work, settings) in sorted(found.items(), key=lambda item: item[1][0]):
-            self.candidates[name], self._works[name] = settings, work
+                found[f'{columns} x {rows}, {method}'] = on_grid(
+                    self.settings, rows, columns, **changes)
+        return found
 
-    def find(self, error_px: float) -> tuple[Choice, list[float]]:
-        """
-        Return the Choice, and the errors [px] of what it takes in the shot to check on.
+    def minutes(self) -> float:
+        """Return how long the references and one candidate of the user's grid may take [min]."""
+        fine, half, middle, own = (work(on_grid(self.settings, *grid, **EXACT)) for grid in (
+            self.judge.finest, [(count + 1) // 2 for count in self.judge.finest],
+            self.judge.middle, (self.settings['grid.rows'], self.settings['grid.columns'])))
+        shot = SPIN_UP + WINDOWS * SPACING
+        resting = rests.BLOWN + rests.STILLED + rests.FREE
+        nodes = (2 * WINDOWS * (LEAD + self.seconds) * fine
+                 + 2 * shot * half + 0.5 * (RUNS * (SETTLE + LENGTH) + resting) * middle
+                 + (2 * WINDOWS * self.seconds + RUNS * (SETTLE + LENGTH) + resting) * own)
+        return 1e-9 * NODE_NS * nodes / 60.0
 
-        Settings that prove more wrong or dearer in the check count as what they proved to be; the
-        best is then chosen anew, until it is one that has been checked.
+    def find(self, error_px: float) -> Choice:
         """
-        options = {option.name: option for option in self._options(error_px)}
-        while True:
-            choice = choose(list(options.values()), error_px, self.limit_ms)
-            option, name = choice.option, choice.option.name
-            rows = self._rows('check', name, CHECKS)
-            found = _errors(rows)
-            checked = option._replace(
-                cost_ms=max(option.cost_ms, self._cost(rows)),
-                error_px=max(option.error_px, summary.rms(found), self._stretch_error(name)))
-            if checked == option or not choice.is_fast:
-                return choice, found
-            options[name] = checked
+        Return the Choice for an error that is allowed [pixel].
+
+        The cheapest candidate that keeps it in both shots, behaves, rests and is fast enough. If
+        none does: of those that are fast enough, one that behaves and rests, of the least error.
+        """
+        costs = {name: self._verdict(name, 1).cost_ms for name in self.candidates}
+        order = sorted(self.candidates, key=costs.get)
+        fast = [name for name in order if costs[name] <= self.limit_ms]
+        tried = []
+        for name in fast or order[:1]:
+            first = self._verdict(name, FIRST)
+            if first.error_px > HOPELESS * error_px:
+                tried.append(first)
+                continue
+            verdict = self._verdict(name, WINDOWS)
+            if self._is_accurate(verdict, error_px):
+                verdict = self._looked_at(verdict)
+                if verdict.is_sound(self.length) and verdict.cost_ms <= self.limit_ms:
+                    return Choice(verdict, True, True, True)
+            tried.append(verdict)
+        return self._second_best(tried, error_px)
+
+    def _is_accurate(self, verdict, error_px):
+        """
+        Return whether a candidate keeps an error, also in other shots.
+
+        Of the user's own settings it is enough that they keep it in both shots: nothing dearer
+        is to be taken where they do.
+        """
+        if verdict.name == YOURS:
+            return all(self.errors_of(YOURS, gusts) <= error_px for gusts in self.shots)
+        return verdict.bound_px <= error_px
+
+    def _second_best(self, tried, error_px):
+        """Return the Choice where nothing keeps all: sound, fast, then of the least error."""
+        for verdict in sorted(tried, key=lambda one: one.error_px):
+            verdict = self._looked_at(self._verdict(verdict.name, WINDOWS))
+            if verdict.is_sound(self.length):
+                break
+        else:
+            verdict = self._looked_at(self._verdict(YOURS, WINDOWS))
+        return Choice(verdict, self._is_accurate(verdict, error_px), verdict.is_sound(self.length),
+                      verdict.cost_ms <= self.limit_ms)
 
     def chosen(self, name: str) -> Settings:
         """Return {parameter: value} of what is chosen with a candidate."""
         return {one: self.candidates[name][one] for one in CHOSEN}
 
-    def _options(self, error_px):
-        """Return Options of the candidates that are worth trying."""
-        options, enough, slow = [], math.inf, set()
-        for name in self.candidates:
-            if self._works[name] > enough:
-                break
-            method = name.partition(', ')[2]
-            if method in slow:
-                continue
-            rows = self._rows('tune', name, 1)
-            if self._cost(rows) > 2.0 * self.limit_ms:
-                # On finer grids it is slower still.
-                slow.add(method)
-                if options:
-                    continue
-            if _errors(rows)[0] <= 3.0 * error_px:
-                rows = self._rows('tune', name, WINDOWS)
-            found = _errors(rows)
-            bound = predicted(found, CHECKS) if len(rows) == WINDOWS else 2.0 * found[0]
-            if bound <= error_px:
-                bound = max(bound, self._stretch_error(name))
-            options.append(Option(name, self._cost(rows), bound))
-            if bound <= error_px and options[-1].cost_ms <= self.limit_ms:
-                enough = min(enough, DEARER * self._works[name])
-        return options
+    def _verdict(self, name, windows):
+        """Return the Verdict on the errors of a candidate in the first windows of both shots."""
+        rows = []
+        for number in range(windows):
+            for gusts in self.shots[:1 if windows == 1 else 2]:
+                rows.append(self._row('follows', name, lambda setting, window, gusts:
+                                      self.judge.follow(self.candidates[setting], window, gusts),
+                                      window=number, gusts=gusts))
+        drawing = self._row('drawing', name, lambda setting: {
+            'drawing_ms': self.judge.drawing_ms(self.candidates[setting])})
+        times = [row['physics_ms'] for row in rows if row['physics_ms'] is not None]
+        cost = float(np.median(times)) + drawing['drawing_ms'] if times else math.inf
+        column = self.judge.columns[0]
+        return Verdict(name, cost, [math.inf if row[column] is None else row[column]
+                                    for row in rows])
 
-    def _stretch_error(self, name):
-        """
-        Return the error [px] that stays beyond the horizon because the sheet is stretched.
+    def errors_of(self, name: str, gusts: int) -> float:
+        """Return the RMS error [pixel] of a candidate in all windows of one of the shots."""
+        rows = [row for row in self.store.rows('follows')
+                if (row['setting'], row['gusts']) == (name, gusts)]
+        return summary.total(rows, self.judge.columns[0])
 
-        A softened sheet may keep near the reference for the length of a window and be longer by a
-        third in the end. A stretch e moves the point at distance s from the hoist by e s, over
-        the length L by e L / sqrt(3) (RMS), seen here from the camera's distance.
-        """
-        trials, length = self._trials['tune'], hang_of(self.settings)[1]
+    def _looked_at(self, verdict):
+        """Return a Verdict with how a candidate behaves and rests."""
+        moving = self._row('behaves', verdict.name,
+                           lambda setting: self.judge.behave(self.candidates[setting]))
+        at_rest = self._row('rests', verdict.name,
+                            lambda setting: self.judge.rest(self.candidates[setting]))
+        return verdict._replace(behaves=moving['behaves'], rests=at_rest['rests'],
+                                sag_mm=at_rest['sag_mm'])
 
-        def measured(setting):
-            right = _stretch(trials.reference.window(0).positions, length)
-            cloth, shot = cloth_of(self.candidates[setting]), trials.reference.shot
-            frames = shot.frames(STRETCH_RUN)
-            found = [_stretch(cloth.positions, length) for _ in shot.timed(cloth, 0, frames)]
-            metres = math.inf if len(found) < frames else (
-                abs(np.mean(found[frames // 2:]) - right) * length / math.sqrt(3.0))
-            depth = trials.camera.pose[2] @ np.append(cloth.positions.mean(axis=(0, 1)), 1.0)
-            return {'rms_px': float(metres * trials.camera.pixels_per_metre(depth))}
-
-        case = {'setting': name}
-        measure_missing(self.store, 'stretch', [case], measured)
-        return self.store.row('stretch', key_of(case))['rms_px']
-
-    @staticmethod
-    def _cost(rows):
-        """Return the median cost of a frame [ms], inf if all diverged."""
-        found = summary.quartiles(rows, *summary.COST)
-        return math.inf if found is None else found[1]
-
-    def _rows(self, part, name, count):
-        """Return the rows of a candidate in the first windows of a shot; measure what is new."""
-        trials = self._trials[part]
-
-        def measured(setting, window):
-            if not trials.reference.has(window):
-                print_progress(f'{part}: reference {window + 1} of {WINDOWS}')
-            elif window == 0:
-                print_progress(f'{part}: {setting}')
-            return trials.row(self.candidates[setting], trials.reference.window(window), {})
-
-        cases = [{'setting': name, 'window': number} for number in range(count)]
-        measure_missing(self.store, part, cases, measured)
-        return [self.store.row(part, key_of(case)) for case in cases]
-
-
-def _errors(rows):
-    """Return the errors [px] of rows, inf where a run diverged."""
-    return [math.inf if row['rms_px'] is None else row['rms_px'] for row in rows]
-
-
-def _stretch(positions, length):
-    """Return the mean strain along the rows of positions (rows, columns, 3) [m]."""
-    return float(errors.distances(positions[:, 1:], positions[:, :-1]).sum(axis=1).mean()
-                 / length - 1.0)
+    def _row(self, section, name, measured, **case):
+        """Return the row of a candidate in a section; measure it where it is missing."""
+        case = {'setting': name, **case}
+        if not self.store.row(section, key_of(case)):
+            if section != 'drawing' and not case.get('window'):
+                print_progress(f'{section}: {name}')
+            measure_missing(self.store, section, [case], measured)
+        return self.store.row(section, key_of(case))

@@ -22,7 +22,6 @@ COLORS = dict(zip(trial.OUTCOMES, ('#f2f2f2', '#56b4e9', '#f0e442', '#d55e00', '
 BOUND_LINE = {'color': '#cc79a7', 'linewidth': 2.0}
 MAX_GAP_LINE = {'color': 'black', 'linestyle': ':', 'linewidth': 1.5}
 LINE_LEVEL, LINE_POINTS = 4, 200  # of the line: refinement along x, points along y
-ZERO_WIDTH = 0.12  # of an axis between zero and its least other value, in parts of the rest
 
 
 def draw(path, chart, panels, longest=None):
@@ -62,19 +61,14 @@ def _cells(axes, chart, lines):
     edges = [_edges(axis, lines[0]['level']) for axis in (chart.x, chart.y)]
     axes.pcolormesh(*edges, numbers, cmap=ListedColormap(list(COLORS.values())), vmin=-0.5,
                     vmax=len(letters) - 0.5)
-    for name, axis in (('x', chart.x), ('y', chart.y)):
-        decades = np.log10(axis.high / axis.low)
-        scale = {'value': 'symlog', 'linthresh': axis.low, 'linscale': ZERO_WIDTH * decades}
-        getattr(axes, f'set_{name}scale')(**scale if axis.has_zero else {'value': 'log'})
-        getattr(axes, f'{name}axis').get_major_locator().set_params(numticks=7)
+    axes.set(xscale='log', yscale='log')
     axes.set(xlim=edges[0][[0, -1]], ylim=edges[1][[0, -1]])
 
 
 def _edges(axis, level):
     """Return the edges of the cells around an axis' values; the first and last are half shown."""
-    values = np.array([value for value in axis.values(level) if value > 0.0])
-    first = [0.0, 0.5 * axis.low] if axis.has_zero else [axis.low]
-    return np.array([*first, *np.sqrt(values[1:] * values[:-1]), axis.high])
+    values = np.array(axis.values(level))
+    return np.array([axis.low, *np.sqrt(values[1:] * values[:-1]), axis.high])
 
 
 def _bound(axes, chart, solver):
@@ -83,7 +77,7 @@ def _bound(axes, chart, solver):
 
     It is a power of y or does not depend on it, so that its logarithm is linear in that of y.
     """
-    at_x = chart.x._replace(has_zero=False).values(LINE_LEVEL)
+    at_x = chart.x.values(LINE_LEVEL)
     bounds = np.array([[chart.bound(solver, x, y) for x in at_x]
                        for y in (chart.y.low, chart.y.high)])
     if np.isfinite(bounds).all():

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Find the cheapest settings that keep within an error in pixels, and write a params file."""
+"""Find the cheapest settings that keep within an error in pixels, behave and come to rest."""
 import argparse
 import datetime
 import hashlib
@@ -21,19 +21,23 @@ import sys
 
 from flag_sim.parameters.arguments import given_path, positive
 from flag_sim.study import machine, settings_file
-from flag_sim.study.measures import summary
-from flag_sim.study.measures.reference import WINDOW
+from flag_sim.study.measures import behaves, rests
+from flag_sim.study.measures.judge import LENGTH
 from flag_sim.study.measures.settings import changed, defaults, RANGES
-from flag_sim.study.runner import load_of_others, session
-from flag_sim.study.search import MAX_LOAD, require, Search
+from flag_sim.study.runner import load_of_others, print_progress, session
+from flag_sim.study.search import Choice, MAX_LOAD, require, Search
 from flag_sim.study.store import Store
+
+LONGEST = 1.0  # time after which an error may be asked for: then all runs have parted [s]
 
 
 def main(args: list[str] | None = None) -> int:
-    """Tune; return 0, or 1 if the budget cannot be met on this machine."""
+    """Tune; return 0, or 1 if what is asked cannot be kept on this machine."""
     parser = argparse.ArgumentParser(prog='tune', description=__doc__)
     parser.add_argument('--error-px', type=positive, required=True,
-                        help=f'RMS error after {1e3 * WINDOW:.0f} ms that is allowed [pixel]')
+                        help='RMS error of the vertices that is allowed [pixel]')
+    parser.add_argument('--seconds', type=positive, default=0.2,
+                        help='for how long it is kept, from a common state [s] (0.2)')
     parser.add_argument('--rate', type=positive, default=30.0, help='frames a second [Hz] (30)')
     parser.add_argument('--output', type=given_path, required=True, help='the new params file')
     parser.add_argument('--params-file', type=given_path,
@@ -45,25 +49,26 @@ def main(args: list[str] | None = None) -> int:
             defaults(), [])
         if others:
             print(f'not looked at: {", ".join(others)}', file=sys.stderr)
-        if options.rate > RANGES['rate'][1]:
-            raise ValueError(f'rate must be at most {RANGES["rate"][1]:g} Hz, not '
-                             f'{options.rate:g}')
+        _require(options)
         require({**settings, 'rate': options.rate})
         work = output.with_name(f'{output.name}.unfinished')
         asked = hashlib.sha256(repr(sorted(settings.items())).encode()).hexdigest()
         store = Store(work, {**machine.identity(), 'rate': options.rate,
-                             'settings': asked[:16]})
+                             'seconds': options.seconds, 'settings': asked[:16]})
         try:
             with session(store):
-                search = Search(settings, options.rate, store)
-                choice, errors = search.find(options.error_px)
+                search = Search(settings, options.rate, options.seconds, store)
+                print_progress(
+                    f'about {max(1, round(search.minutes()))} min on an idle machine, longer '
+                    'where many candidates are tried')
+                choice = search.find(options.error_px)
         except ValueError:
             # The flag may leave the picture in the wind only: there is nothing to go on with.
             shutil.rmtree(work)
             raise
-        chosen = search.chosen(choice.option.name)
+        chosen = search.chosen(choice.verdict.name)
         values = settings_file.by_node(changed(settings, chosen), chosen)
-        comment = _comment(options, search, choice, errors, list(values))
+        comment = _comment(options, search, choice, settings, list(values))
         settings_file.write(output, comment, values, work)
     except (ValueError, FileExistsError) as problem:
         parser.error(str(problem))
@@ -72,42 +77,75 @@ def main(args: list[str] | None = None) -> int:
         return 130
     shutil.rmtree(work)
     print(output.read_text(), end='')
-    return 0 if choice.is_accurate and choice.is_fast else 1
+    return 0 if choice.is_accurate and choice.is_sound and choice.is_fast else 1
 
 
-def _comment(options, search, choice, errors, nodes):
+def _require(options):
+    """Raise ValueError for a rate or a time that cannot be."""
+    if options.rate > RANGES['rate'][1]:
+        raise ValueError(f'rate must be at most {RANGES["rate"][1]:g} Hz, not {options.rate:g}')
+    if options.seconds > LONGEST:
+        raise ValueError(f'seconds must be at most {LONGEST:g}, not {options.seconds:g}: after '
+                         'that no two runs are alike')
+
+
+def _kept(is_kept: bool, missed: str) -> str:
+    """Return the end of a line that promises something, or says that it is missed."""
+    return '.' if is_kept else f': MISSED{missed}.'
+
+
+def _comment(options, search: Search, choice: Choice, settings, nodes):
     """Return the lines of the params file's comment: what it promises, and what it misses."""
-    settings, option, allowed_px = search.settings, choice.option, options.error_px
-    others, frame_ms = load_of_others(search.store), 1e3 / options.rate
-    others = '' if others is None else f' (others took {others:.1f} of them)'
+    verdict, shot, judge = choice.verdict, search.settings, search.judge
+    frame_ms, horizon = 1e3 / options.rate, judge.horizon()
     given = f' --params-file {options.params_file.name}' if options.params_file else ''
+    halves = [search.errors_of(verdict.name, gusts) for gusts in search.shots]
     lines = [
-        f'Made by `tune --error-px {allowed_px:g} --rate {options.rate:g}{given}`',
-        f'on {datetime.date.today()}, on {machine.processor()}, {machine.cores()} cores{others},',
+        f'Made by `tune --error-px {options.error_px:g} --seconds {options.seconds:g} '
+        f'--rate {options.rate:g}{given}`',
+        f'on {datetime.date.today()}, on {machine.processor()}, {machine.cores()} cores,',
         f'for a picture of {settings["width"]} x {settings["height"]} pixels and a camera at '
         f'{settings["camera.distance"]:g} m.',
         f'Give it to {", ".join(nodes[:-1])} and {nodes[-1]}, after your own params file.',
         '',
-        f'Error: {summary.rms(errors):.2g} px (RMS) after {1e3 * search.window_s:.0f} ms, in '
-        f'{len(errors)} windows of a shot that it',
-        f'was not tuned on, in wind of {settings["speed"]:g} m/s with gusts of '
-        f'{settings["gust.intensity"]:g}; {allowed_px:g} px are allowed'
+        f'Follows: {verdict.error_px:.2g} px (RMS) after {search.seconds:.2g} s from a common '
+        f'state ({" and ".join(f"{half:.2g}" for half in halves)} px in two',
+        f'shots of other gusts, {min(verdict.errors_px):.2g} to {max(verdict.errors_px):.2g} px '
+        f'in their {len(verdict.errors_px)} windows); {options.error_px:g} px are allowed'
         + ('.' if choice.is_accurate else ':'),
         *([] if choice.is_accurate else [
-            f'MISSED: other shots may reach {option.error_px:.2g} px, '
-            f'{option.error_px - allowed_px:.2g} px too much;',
-            'nothing that was tried is better at this rate.']),
-        f'Cost: {option.cost_ms:.2g} ms a frame for physics and drawing, one after the other, '
-        'without messages;',
-        f'{100.0 * option.cost_ms / frame_ms:.2g} % of the {frame_ms:.3g} ms at '
-        f'{options.rate:g} Hz; {100.0 * MAX_LOAD:.0f} % are allowed, the rest is for messages '
-        'and slow moments' + ('.' if choice.is_fast else (
-            f': MISSED by {option.cost_ms - search.limit_ms:.2g} ms; nothing that was tried is '
-            'faster.')),
-    ]
-    if search.chosen(option.name)['damping'] != settings['damping']:
+            f'MISSED: other shots may reach {verdict.bound_px:.2g} px; nothing that was tried is '
+            'better at this rate.']),
+        'Such a number tells something until the horizon, where two converged runs part: '
+        + (f'{horizon:.2g} s.' if horizon else 'more than 0.6 s.'),
+        *(['THAT IS SOONER: what was asked is mostly chance, and behaves tells more.']
+          if horizon and horizon < search.seconds else []),
+        f'Behaves: over {LENGTH:.0f} s its statistics are {verdict.behaves:.2g} times as far from '
+        "the reference's (RMS) as",
+        f'those are from one another in other gusts; {behaves.WITHIN:g} are allowed'
+        + _kept(verdict.behaves <= behaves.WITHIN, ''),
+        f'Rests: {verdict.rests:.2g} mm/s are left in calm air, {rests.SLOW:g} are allowed; it '
+        f'hangs {verdict.sag_mm:.0f} mm deeper than statics'
+        + _kept(choice.is_sound or verdict.behaves > behaves.WITHIN, ''),
+        f'Cost: {verdict.cost_ms:.2g} ms of processor time a frame, physics and drawing, without '
+        'messages;',
+        f'{100.0 * verdict.cost_ms / frame_ms:.2g} % of the {frame_ms:.3g} ms at '
+        f'{options.rate:g} Hz; {100.0 * MAX_LOAD:.0f} % are allowed'
+        + _kept(choice.is_fast, f' by {verdict.cost_ms - search.limit_ms:.2g} ms; nothing that '
+                'was tried is faster'),
+        f'Reference: {judge.finest[1]} x {judge.finest[0]} nodes for what follows, '
+        f'{judge.middle[1]} x {judge.middle[0]} for the rest.']
+    if shot['gust.intensity'] != settings['gust.intensity']:
+        lines.append(
+            f'Measured in gusts of {shot["gust.intensity"]:g}, where your shot has '
+            f'{settings["gust.intensity"]:g}: in a steady wind all moments are alike.')
+    if search.chosen(verdict.name)['damping'] != settings['damping']:
         lines.append('damping is a ratio for one spring: it is scaled with the grid, so that the '
                      'sheet stays the same.')
+    others = load_of_others(search.store)
+    if machine.is_busy(others):
+        lines.append(f'The machine was busy: others took {others:.1f} of its processors, which '
+                     'may lengthen even processor times.')
     return lines
 
 

@@ -150,9 +150,11 @@ def prepare(entrants, processors, stack):
 
     Return for each its Program, its Truth and the steps of a turn; and for each missing one why.
     """
-    ready, missing, references = {}, {}, {}
+    ready, missing, references, absent = {}, {}, {}, {}
     for entrant in entrants:
         try:
+            if entrant.module in absent:
+                raise absent[entrant.module]
             program = stack.enter_context(entrant.start(processors))
             program.run(20)  # compiles
             steps = batch(program.run(FIRST_STEPS - 20))
@@ -166,6 +168,8 @@ def prepare(entrants, processors, stack):
             ready[entrant] = program, truth, steps
         except Missing as reason:
             missing[entrant] = str(reason)
+            if str(reason).startswith('ModuleNotFoundError'):  # for its other cases too
+                absent[entrant.module] = reason
     return ready, missing
 
 

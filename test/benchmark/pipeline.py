@@ -94,7 +94,8 @@ def run(frames, pause, folder):
         while graph.processes['wind'].poll() is None:
             for node, process in graph.processes.items():
                 with contextlib.suppress(OSError, ValueError, IndexError):  # it ends just now
-                    resident[node], used[node] = memory(process), processor_time(process)
+                    if found := memory(process):  # of one that has just ended: 0
+                        resident[node], used[node] = found, processor_time(process)
             time.sleep(0.05)
         for node in NODES[1:]:
             graph.end(node)

@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """Kernels are vectorised, kept from start to start, and never out of date."""
+import contextlib
 import importlib
 import json
 import os
@@ -26,6 +27,7 @@ import sys
 
 import flag_sim
 from flag_sim.cloth.solvers import SOLVERS
+from flag_sim.jit.cache import make_private
 from flag_sim.jit.compilers import KernelCompiler
 from numba.core.dispatcher import Dispatcher
 import pytest
@@ -232,29 +234,42 @@ def planted(name, real):
     return pickle.dumps(name) + pickle.dumps(Planted())
 
 
-@pytest.mark.parametrize('kind', ['open', 'readable', 'link', 'parent'])
-def test_code_in_a_folder_that_is_not_ours_alone_is_never_read(copy, tmp_path, kind):
+def test_code_in_a_folder_that_is_not_ours_alone_is_never_read(copy, tmp_path):
     """It is a pickle, which may run any command: without a safe folder nothing is kept."""
     places = blocked(copy, tmp_path)
-    temporary = tmp_path / 'temporary'
     result, _ = use(copy, **places)
-    folders = list(temporary.iterdir())
+    folders = list((tmp_path / 'temporary').iterdir())
     assert folders and all(stat.S_IMODE(folder.stat().st_mode) == 0o700 for folder in folders)
     for folder in folders:
         for index in folder.glob('*.nbi'):
             version = pickle.loads(index.read_bytes())
             index.write_bytes(planted(version, tmp_path / 'ran'))
-        if kind == 'link':
-            folder.rename(tmp_path / folder.name)
-            folder.symlink_to(tmp_path / folder.name)
-        elif kind != 'parent':
-            folder.chmod(0o777 if kind == 'open' else 0o750)
-    if kind == 'parent':  # as it is without the sticky bit
-        temporary.chmod(0o777)
+        folder.chmod(0o777)
     before = sorted(tmp_path.rglob('*.nb?'))
     assert use(copy, **places) == (result, 0)
     assert not (tmp_path / 'ran').exists()
     assert sorted(tmp_path.rglob('*.nb?')) == before
+
+
+@pytest.mark.parametrize('kind', ['open', 'readable', 'link', 'file', 'parent', 'ours'])
+def test_which_folders_are_ours_alone(tmp_path, kind):
+    """Neither others' rights nor a link, nor a folder above in which others can change names."""
+    folder = tmp_path / 'within' / 'folder'
+    make_private(folder)
+    assert all(stat.S_IMODE(made.stat().st_mode) == 0o700 for made in (folder, folder.parent))
+    if kind in ('link', 'file'):
+        folder.rename(tmp_path / 'other')
+        if kind == 'link':
+            folder.symlink_to(tmp_path / 'other')
+        else:
+            folder.touch(mode=0o700)
+    elif kind == 'parent':  # as it is without the sticky bit
+        folder.parent.chmod(0o777)
+    elif kind != 'ours':
+        folder.chmod(0o777 if kind == 'open' else 0o750)
+    with (contextlib.nullcontext() if kind == 'ours' else
+          pytest.raises(PermissionError, match='of this user alone|in the place of')):
+        make_private(folder)
 
 
 def test_a_folder_in_the_home_is_ours_alone(copy, tmp_path):

@@ -13,12 +13,24 @@
 # limitations under the License.
 
 """Nodes killed, strangers and resets in mid-shot: it ends, or a log says who is waited for."""
+import contextlib
+import itertools
+import time
+
+from builtin_interfaces.msg import Time
 from flag_sim.ros import messages
+from flag_sim.ros.messages import to_stamp
+from flag_sim.ros.parameter_node import to_parameter
+from flag_sim.ros.topics import subscribe
 from flag_sim.tools.graph import Graph
 import pytest
+from rclpy.qos import qos_profile_sensor_data
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import Image
 from std_msgs.msg import Empty
 from support.flags import wave
 from support.shot import messages_of, SHOT, SMALL, stamp_of
+from support.soak import SOAK
 from support.watch import eventually, Watcher
 
 FRAMES = 150
@@ -30,19 +42,20 @@ class Shot:
     """
     The small shot in a graph; each of its nodes can be killed and started again.
 
-    The wind is the last to start: the watcher then hears the shot from its first frames.
+    The wind is the last to start: the watcher then hears the shot from its first frames. extra: of
+    the wind's arguments, given: of the others'; others: nodes that say `frame_done` beside it.
     """
 
-    def __init__(self, graph, folder, watcher, *extra):
+    def __init__(self, graph, folder, watcher, *extra, given=(), frames=FRAMES, others=0):
         self.graph, self.folder = graph, folder
         self.given = {
-            'physics': (), 'renderer': SMALL,
-            'recorder': ('-p', f'frames:={FRAMES}'),
-            'wind': (*SHOT, '-p', f'frames:={FRAMES}', '-p', 'wait_for:=[renderer, recorder]',
+            'physics': given, 'renderer': (*SMALL, *given),
+            'recorder': ('-p', f'frames:={frames}', *given),
+            'wind': (*SHOT, '-p', f'frames:={frames}', '-p', 'wait_for:=[renderer, recorder]',
                      '-p', 'resend_after:=0.5', *extra)}
         for name in ('physics', 'renderer', 'recorder'):
             self.start(name)
-        eventually(lambda: watcher.node.count_publishers('frame_done') == 2, watcher)
+        eventually(lambda: watcher.node.count_publishers('frame_done') == 2 + others, watcher)
         self.start('wind')
 
     def start(self, name, number=0):
@@ -57,10 +70,9 @@ class Shot:
         self.graph.processes[name].kill()
         self.graph.processes[name].wait()
 
-    def stamps(self, number=0, topic='/camera/image_raw'):
+    def stamps(self, bag='bag0', topic='/camera/image_raw'):
         """Return the stamps of a topic in a bag."""
-        return [stamp_of(message)
-                for _, message in messages_of(self.folder / f'bag{number}', topic)]
+        return [stamp_of(message) for _, message in messages_of(self.folder / bag, topic)]
 
 
 @pytest.mark.parametrize('name', ['wind', 'physics', 'renderer', 'recorder'])
@@ -77,14 +89,14 @@ def test_a_node_that_is_killed_in_lockstep_and_started_again_holds_up_nobody(
         if name == 'recorder':
             eventually(lambda: ENDED in graph.log('recorder'), watcher)
             assert graph.end('recorder') == 0
-            assert shot.stamps(1)[-1] == WHOLE[-1]
+            assert shot.stamps('bag1')[-1] == WHOLE[-1]
         else:
             assert graph.wait('recorder', 60.0) == 0, graph.log('recorder')
             assert shot.stamps()[-FRAMES:] == WHOLE
             assert shot.stamps(topic='/vertices')[-FRAMES:] == WHOLE
 
 
-@pytest.mark.parametrize('name', ['physics', 'renderer'])
+@pytest.mark.parametrize('name', ['physics', 'renderer'] + ['wind', 'recorder'] * SOAK)
 def test_a_node_that_is_killed_in_real_time_and_started_again_is_served_again(
         tmp_path, domain, name):
     """The wind goes on meanwhile and ends; the recorder says what it lacks."""
@@ -93,7 +105,7 @@ def test_a_node_that_is_killed_in_real_time_and_started_again_is_served_again(
         shot = Shot(graph, tmp_path, watcher, '-p', 'pace:=realtime', '-p', 'frames:=0')
         eventually(lambda: len(done) > 20, watcher)
         shot.kill(name)
-        shot.start(name)
+        shot.start(name, 1)
         graph.wait_ready(name)
         heard = len(done)
         eventually(lambda: len(done) > heard + 10, watcher)
@@ -125,3 +137,85 @@ def test_strangers_steps_and_resets_in_mid_shot_leave_a_whole_take(tmp_path, dom
         assert graph.wait('recorder', 60.0) == 0, graph.log('recorder')
         assert shot.stamps()[-FRAMES:] == WHOLE
         assert 'has not sent them' not in graph.log('renderer')
+
+
+def test_consumers_that_are_slow_hung_weak_or_many_hold_up_nobody(tmp_path, domain):
+    """Only who is in wait_for is waited for; what the others lose is theirs."""
+    with contextlib.ExitStack() as stack:
+        graph = stack.enter_context(Graph(tmp_path / 'log', domain))
+        watcher, hung, weak = (stack.enter_context(Watcher(domain)) for _ in range(3))
+        hung.listen('camera/image_raw')  # and is never spun
+        weak_heard, slow_heard = [], []
+        weak.node.create_subscription(Image, 'camera/image_raw', weak_heard.append,
+                                      qos_profile_sensor_data)
+        subscribe(watcher.node, 'camera/image_raw',
+                  lambda message: time.sleep(0.1) or slow_heard.append(message))
+        many = [watcher.listen('camera/image_raw') for _ in range(20)]
+        shot = Shot(graph, tmp_path, watcher, frames=60)
+        eventually(lambda: weak.spin(0.0) or (weak_heard and slow_heard and all(many)), watcher)
+        assert graph.wait('wind', 90.0) == 0, graph.log('wind')
+        assert graph.wait('recorder', 60.0) == 0, graph.log('recorder')
+        assert shot.stamps() == WHOLE[:60]
+
+
+def test_storms_of_parameters_and_clocks_that_jump_leave_a_whole_take(tmp_path, domain):
+    """Sets without a pause on three nodes, which run by a simulation time that goes any way."""
+    sets = {'physics': 'gravity', 'renderer': 'sun.azimuth', 'wind': 'speed'}
+    by_clock = ('-p', 'use_sim_time:=true')
+    with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
+        clock = watcher.publisher('/clock')
+        shot = Shot(graph, tmp_path, watcher, *by_clock, given=by_clock, frames=60)
+        clients = {name: watcher.parameters_of(name) for name in sets}
+        asked, number = {}, 0
+        for second in itertools.cycle((1000, 5, 10**9, 0)):
+            if graph.processes['wind'].poll() is not None:
+                break
+            clock.publish(Clock(clock=Time(sec=second)))
+            for name, client in clients.items():
+                if name not in asked or asked[name].done():
+                    number += name in asked
+                    asked[name] = client.set_parameters([
+                        to_parameter(sets[name], (number + one) % 3 + 1.0) for one in range(50)])
+            watcher.spin(0.01)
+        assert graph.processes['wind'].poll() == 0, graph.log('wind')
+        assert graph.wait('recorder', 60.0) == 0, graph.log('recorder')
+        assert shot.stamps() == WHOLE[:60] and number > 10
+        assert all(done.successful for one in asked.values() if one.done()
+                   for done in one.result().results)
+
+
+def test_two_of_every_node_but_the_wind_leave_a_whole_take(tmp_path, domain):
+    """What is alike is taken from either; a second recorder is waited for by a name of its own."""
+    with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
+        for name, *given in (('physics',), ('renderer', *SMALL), (
+                'recorder', '-p', f'path:={tmp_path / "second"}', '-p', 'frames:=60',
+                '-r', '__node:=witness')):
+            graph.start(name, *given, name=f'second {name}')
+        eventually(lambda: watcher.node.count_publishers('frame_done') == 2, watcher)
+        shot = Shot(graph, tmp_path, watcher, '-p', 'wait_for:=[renderer, recorder, witness]',
+                    frames=60, others=2)
+        assert graph.wait('wind', 90.0) == 0, graph.log('wind')
+        for name in 'recorder', 'second recorder':
+            assert graph.wait(name, 60.0) == 0, graph.log(name)
+        for bag in 'bag0', 'second':
+            assert shot.stamps(bag) == WHOLE[:60]
+
+
+@pytest.mark.skipif(not SOAK, reason='takes long: make soak')
+def test_a_player_that_is_killed_and_started_again_plays_on(tmp_path, domain):
+    """In lockstep from the bag's first frame: to those who are there it is another round."""
+    with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
+        shot = Shot(graph, tmp_path, watcher)
+        assert graph.wait('wind', 90.0) == graph.wait('recorder', 60.0) == 0
+        done = watcher.listen('frame_done')
+        player = ('-p', f'path:={tmp_path / "bag0"}', '-p', 'topics:=[parameters]',
+                  '-p', 'pace:=lockstep')
+        shot.given['player'] = player
+        shot.start('player')
+        eventually(lambda: len(done) > 20, watcher)
+        shot.kill('player')
+        shot.start('player')
+        del done[:]
+        eventually(lambda: graph.processes['player'].poll() is not None, watcher)
+        assert graph.processes['player'].poll() == 0, graph.log('player')
+        assert {to_stamp(one.stamp) for one in done} >= set(WHOLE[-20:])

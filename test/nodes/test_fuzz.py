@@ -13,14 +13,17 @@
 # limitations under the License.
 
 """Hostile inputs for every node: it serves the next frame, tells in short, and keeps in bounds."""
+import contextlib
 import math
 import os
+import traceback
 
 from flag_sim.declarations.nodes import NODES
 from flag_sim.protocol.frames import FrameOrder
 from flag_sim.protocol.throttled_log import MAX_CHARACTERS
 from flag_sim.tools.domains import claimed_domain
 from hypothesis import given, HealthCheck, Phase, seed, settings, strategies as st
+from hypothesis.errors import HypothesisException
 import numpy as np
 import pytest
 from rcl_interfaces.srv import (
@@ -41,13 +44,37 @@ LONGEST_PREFIX = 80
 """Of a line in the log, what stands before the text [characters]."""
 
 
+# What numpy warns of would stand in the log of a node.
+pytestmark = pytest.mark.filterwarnings('error::RuntimeWarning')
+
+
 class Count:
-    """How many inputs were given to the node, and how many lines it has logged."""
+    """
+    How many inputs were given to the node, what went wrong, and how many lines it has logged.
+
+    faults: the exceptions with the places where they were raised, each once however often
+    hypothesis tries it again.
+    """
 
     def __init__(self, node, capfd):
         self.node = node
         self.inputs = self.lines = 0
+        self.faults = set()
         self._capfd = capfd
+
+    @contextlib.contextmanager
+    def given(self, inputs):
+        """Count inputs that are given in the `with` block, after which the node is as sound."""
+        self.inputs += inputs
+        try:
+            yield
+            self.check()
+        except HypothesisException:
+            raise  # an example that is not one
+        except Exception as error:
+            where = traceback.extract_tb(error.__traceback__)[-1]
+            self.faults.add(f'{type(error).__name__} at {where.filename}:{where.lineno}')
+            raise
 
     def check(self):
         """Raise AssertionError unless the node is as sound as before."""
@@ -76,15 +103,29 @@ def node(request, tmp_path_factory):
         yield one
 
 
+@pytest.fixture(scope='module')
+def counts(request):
+    """Return the list of all Counts, which are added up in one line at the end of a soak."""
+    counts = []
+    yield counts
+    if SOAK:
+        faults = set().union(*(count.faults for count in counts))
+        request.config.pluginmanager.get_plugin('terminalreporter').write_line(
+            f'\nhostile inputs: {sum(count.inputs for count in counts)} inputs, '
+            f'{len(faults)} faults, {sum(count.lines for count in counts)} lines in the logs'
+            + ''.join(f'\n{fault}' for fault in sorted(faults)))
+
+
 @pytest.fixture
-def count(node, capfd):
+def count(node, capfd, counts):
     """Return the Count of a test, which is told at its end."""
     count = Count(node, capfd)
+    counts.append(count)
     yield count
     with capfd.disabled():
         if SOAK:
-            print(f'\n{os.environ["PYTEST_CURRENT_TEST"]}: {count.inputs} inputs, 0 faults, '
-                  f'{count.lines} lines in the log')
+            print(f'\n{os.environ["PYTEST_CURRENT_TEST"]}: {count.inputs} inputs, '
+                  f'{len(count.faults)} faults, {count.lines} lines in the log')
 
 
 def test_sets_of_ten_parameters(node, count):
@@ -94,15 +135,15 @@ def test_sets_of_ten_parameters(node, count):
     @given(st.data())
     def hold(data):
         parameters = data.draw(parameters_of(node.get_name()))
-        results = call(node, SetParameters.Request(parameters=parameters)).results
-        assert len(results) == len(parameters)
-        results.append(call(node, SetParametersAtomically.Request(parameters=parameters)).result)
-        for result in results:
-            assert result.successful or 0 < len(result.reason) <= MAX_CHARACTERS
-            assert '\n' not in result.reason
-        count.inputs += 2 * len(parameters)
-        feed(node, data, 2, [])
-        count.check()
+        with count.given(2 * len(parameters)):
+            results = call(node, SetParameters.Request(parameters=parameters)).results
+            assert len(results) == len(parameters)
+            results.append(call(node, SetParametersAtomically.Request(
+                parameters=parameters)).result)
+            for result in results:
+                assert result.successful or 0 < len(result.reason) <= MAX_CHARACTERS
+                assert '\n' not in result.reason
+            feed(node, data, 2, [])
     hold()
 
 
@@ -112,12 +153,11 @@ def test_requests_about_parameters(node, count):
     @GENTLE
     @given(st.lists(TEXTS, max_size=4), st.integers(0, 2**64 - 1))
     def hold(names, depth):
-        call(node, GetParameters.Request(names=names))
-        call(node, GetParameterTypes.Request(names=names))
-        call(node, DescribeParameters.Request(names=names))
-        call(node, ListParameters.Request(prefixes=names, depth=depth))
-        count.inputs += 4
-        count.check()
+        with count.given(4):
+            call(node, GetParameters.Request(names=names))
+            call(node, GetParameterTypes.Request(names=names))
+            call(node, DescribeParameters.Request(names=names))
+            call(node, ListParameters.Request(prefixes=names, depth=depth))
     hold()
 
 
@@ -127,9 +167,9 @@ def test_messages_crafted_and_mutilated(node, count):
     @GENTLE
     @given(st.data())
     def hold(data):
-        feed(node, data, 10, data.draw(st.lists(CHANGES, max_size=10)))
-        count.inputs += 10
-        count.check()
+        changes = data.draw(st.lists(CHANGES, max_size=10))
+        with count.given(10):
+            feed(node, data, 10, changes)
     hold()
 
 
@@ -140,6 +180,8 @@ def feed(node, data, number, changes):
         if subscription.msg_type not in MESSAGES:
             continue
         message = data.draw(MESSAGES[subscription.msg_type])
+        # Drawn before: which bytes are a message hangs on more than the bytes, as on memory.
+        sender = data.draw(st.sampled_from(SENDERS))
         if n < len(changes):
             message = mutilated(subscription.msg_type, message, changes[n])
         if message is None:

@@ -13,6 +13,8 @@
 # limitations under the License.
 
 """Lockstep across two hosts, over a network that loses and delays, loses no frame."""
+import re
+import statistics
 import time
 
 import pytest
@@ -24,19 +26,27 @@ MISSING = why_not()
 pytestmark = pytest.mark.skipif(MISSING is not None, reason=f'no hosts: {MISSING}')
 soak = pytest.mark.skipif(not SOAK, reason='make soak tries every network')
 FRAMES = 200 if SOAK else 10
+TURNS = 3
 
 
 def filmed(folder, network, **options):
-    """Film across a network; assert that every frame arrived; return the time it took [s]."""
+    """
+    Film across a network; assert that every frame arrived.
+
+    Return how long it took [s]: all of it, from the nodes' start to the recorder's end, and the
+    frames alone, from the first message that was recorded to the last.
+    """
     with network, HostsGraph(folder / 'log', network, **options) as graph:
         begin = time.monotonic()
         status = film(graph, folder / 'bag', FRAMES, seconds=180.0)
-        took = time.monotonic() - begin
+        whole = time.monotonic() - begin
         assert status == 0, graph.log('wind')
+        # What nodes tell by NOTIFY_SOCKET does not leave their network; their log does.
+        took = re.search(r'served \d+ frames in ([\d.]+) s', graph.log('recorder'))
     for topic in ('/camera/image_raw', '/camera/camera_info', '/vertices'):
         stamps = [stamp_of(message) for _, message in messages_of(folder / 'bag', topic)]
         assert stamps == [round(n * 1e9 / 30.0) for n in range(FRAMES)], topic
-    return took
+    return whole, float(took[1])
 
 
 def test_every_frame_arrives_where_one_in_twenty_is_lost(tmp_path):
@@ -48,11 +58,20 @@ def test_every_frame_arrives_where_one_in_twenty_is_lost(tmp_path):
 
 @soak
 @pytest.mark.parametrize('peers', [False, True])
-@pytest.mark.parametrize('loss, delay', [(0.0, 0.0), (0.05, 0.0), (0.0, 0.02), (0.05, 0.02)])
-def test_every_network(tmp_path, loss, delay, peers):
-    """Hosts find one another by multicast, or by the peers that they are given."""
-    took = filmed(tmp_path, Network(loss, delay), peers=peers)
-    print(f'loss {loss:.0%}, delay {delay} s, peers {peers}: {FRAMES} frames in {took:.1f} s')
+@pytest.mark.parametrize('delay', [0.0, 0.02])
+def test_what_is_lost_takes_half_as_long_again_at_most(tmp_path, delay, peers):
+    """In turns with no loss, medians; hosts find one another by multicast or by given peers."""
+    took = {0.0: [], 0.05: []}
+    for turn in range(TURNS):
+        for loss, times in took.items():
+            folder = tmp_path / f'{turn}-{loss}'
+            times.append(filmed(folder, Network(loss, delay), peers=peers))
+    (clean, clean_frames), (lossy, lossy_frames) = (
+        map(statistics.median, zip(*times)) for times in took.values())
+    print(f'delay {delay} s, peers {peers}: {FRAMES} frames in {clean:.1f} s, with 5 % lost in '
+          f'{lossy:.1f} s, {lossy / clean:.2f} times; without the start {clean_frames:.1f} and '
+          f'{lossy_frames:.1f} s, {lossy_frames / clean_frames:.2f} times; each: {took}')
+    assert lossy <= 1.5 * clean
 
 
 def test_containers_that_share_a_network_but_no_memory(tmp_path):

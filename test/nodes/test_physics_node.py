@@ -37,15 +37,6 @@ FRAME = 1.0 / 30.0
 COUNT = 12
 
 
-@pytest.fixture
-def bench(domain):
-    """Return a physics node at its defaults."""
-    with rclpy.init(domain_id=domain):
-        bench = Bench()
-        yield bench
-        bench.close()
-
-
 def advance(cloth, n):
     """Move a cloth of the library to frame n; stamps are whole nanoseconds."""
     cloth.advance((round(n * FRAME * 1e9) - round((n - 1) * FRAME * 1e9)) * 1e-9, WIND)

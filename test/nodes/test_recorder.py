@@ -27,9 +27,12 @@ from flag_sim.tools.graph import Graph
 import numpy as np
 import pytest
 from rcl_interfaces.msg import ParameterEvent
-from rclpy.serialization import serialize_message
+from rclpy.serialization import deserialize_message, serialize_message
+from sensor_msgs.msg import CameraInfo
+from std_msgs.msg import Header
 from support.bags import FRAME, images_bag, recorded
 from support.frames import parameters_message
+from support.nodes import made
 from support.watch import eventually, Watcher
 
 ZSTD_MAGIC = b'\x28\xb5\x2f\xfd'  # RFC 8878, 3.1.1
@@ -147,6 +150,32 @@ def test_takes_follow_one_another_wherever_their_stamps_begin(tmp_path, domain):
     fourth = third + FRAME + TAKE_GAP
     assert [at - begins[0] * 10**9 for _, at, _ in recorded(tmp_path / 'bag', 'parameters')] == [
         0, FRAME, second, second + FRAME, third, third + FRAME, fourth, fourth + FRAME]
+
+
+def test_a_late_picture_of_the_take_before_is_not_taken_for_one_of_the_next(tmp_path, domain):
+    """A frame was sent again and answered twice, a reset came between the answers: same stamp."""
+    topics = 'topics:=[parameters, camera/camera_info]'
+    with made('recorder', domain, tmp_path, topics) as recorder:
+        hears = {one.topic_name: one.callback for one in recorder.subscriptions}
+
+        def hear(topic, message, sender):
+            hears[topic](serialize_message(message), {'publisher_gid': {'data': [sender]}})
+
+        def picture(index, take):
+            stamp = messages.to_time(index * FRAME)
+            hear('/camera/camera_info', CameraInfo(header=Header(stamp=stamp), width=take), 2)
+        for take in 1, 2:
+            for index in range(3):
+                if (take, index) == (2, 1):
+                    picture(1, 2)  # which the renderer makes before we hear of its parameters
+                hear('/parameters', frame(take, index), 1)
+                if (take, index) == (2, 0):
+                    picture(1, 1)
+                    picture(2, 1)
+                if (take, index) != (2, 1):
+                    picture(index, take)
+    bag = recorded(tmp_path / 'bag', 'camera/camera_info')
+    assert [deserialize_message(data, CameraInfo).width for *_, data in bag] == [1] * 3 + [2] * 3
 
 
 def test_a_full_disk_ends_sqlite_with_a_clear_error(tmp_path, domain):

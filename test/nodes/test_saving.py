@@ -16,6 +16,7 @@
 import stat
 
 from flag_sim.nodes.wind import Wind
+from flag_sim.ros.parameter_node import BadParameter
 from flag_sim.tools.graph import Graph
 import pytest
 from rcl_interfaces.msg import Parameter as ParameterMessage, ParameterEvent, ParameterValue
@@ -149,3 +150,13 @@ def test_what_was_put_in_the_place_of_the_file_stays(tmp_path, domain, capfd):
         assert content_of(path, '/**/wind')['speed'] == 7.5
         node.destroy_node()
     assert capfd.readouterr().err.count('cannot save') == 1
+
+
+def test_a_wind_whose_working_folder_is_gone_says_so(tmp_path, monkeypatch, domain):
+    """Files are saved in it by default."""
+    folder = tmp_path / 'gone'
+    folder.mkdir()
+    monkeypatch.chdir(folder)
+    folder.rmdir()
+    with rclpy.init(domain_id=domain), pytest.raises(BadParameter, match='directory is gone'):
+        Wind()

@@ -115,10 +115,10 @@ def listens(pid, domain):
 
 
 @pytest.mark.parametrize('profile, addresses', [
-    ('fastdds.xml', {ANYWHERE}), ('fastdds_this_host.xml', {LOOPBACK})])
+    ('fastdds.xml', {ANYWHERE}), ('fastdds_this_host.xml', {LOOPBACK}), ('', {LOOPBACK})])
 def test_where_a_node_of_this_host_listens(tmp_path, domain, monkeypatch, profile, addresses):
-    """LOCALHOST alone keeps no address out; the profile for this host does, and nodes meet."""
-    monkeypatch.setenv('FASTDDS_DEFAULT_PROFILES_FILE', str(config_path(profile)))
+    """LOCALHOST keeps no address out; the profile for this host, which it brings, does."""
+    monkeypatch.setenv('FASTDDS_DEFAULT_PROFILES_FILE', profile and str(config_path(profile)))
     with Graph(tmp_path, domain) as graph:
         assert graph.environment['ROS_AUTOMATIC_DISCOVERY_RANGE'] == 'LOCALHOST'
         wind = graph.start('wind')

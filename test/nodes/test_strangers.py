@@ -23,24 +23,13 @@ import numpy as np
 import pytest
 from rcl_interfaces.msg import Parameter as ParameterMessage, ParameterEvent, ParameterValue
 from rcl_interfaces.srv import GetParameters
-import rclpy
 from rclpy.parameter import Parameter
 from rclpy.task import Future
 from std_msgs.msg import Header
-from support.bench import Bench
 from support.frames import parameters_message
 from support.nodes import hear, made
 
 SENDERS = [{'publisher_gid': {'data': [number] * 16}} for number in range(2)]
-
-
-@pytest.fixture
-def physics(domain):
-    """Return a physics node in this process, and what it answers."""
-    with rclpy.init(domain_id=domain):
-        bench = Bench()
-        yield bench
-        bench.close()
 
 
 def lines_of(capfd):
@@ -50,28 +39,28 @@ def lines_of(capfd):
     return lines
 
 
-def test_two_winds_at_once_make_few_lines(physics, capfd):
+def test_two_winds_at_once_make_few_lines(bench, capfd):
     """Each is another sender to the one before: the cloth starts over with every frame."""
     for index in range(1, 300):
         for sender, take in zip(SENDERS, (10, 20)):
             message = parameters_message(
                 '/wind', FrameId(10_000_000 * index, take, index, index), (6.0, 2.0, 0.5), {})
-            hear(physics.node, 'parameters', message, sender)
-    assert len(physics.clouds) == 598
+            hear(bench.node, 'parameters', message, sender)
+    assert len(bench.clouds) == 598
     assert len(lines_of(capfd)) < 10
 
 
 @pytest.mark.parametrize('value', [
     'x' * 10_000_000, 'a\n[ERROR] physics is on fire\n' * 10_000, '\x1b[31m' * 1_000_000])
-def test_a_long_text_makes_one_short_line(physics, capfd, value):
+def test_a_long_text_makes_one_short_line(bench, capfd, value):
     """In a message, as value and as name, and in a request; it writes no line of its own."""
     lines_of(capfd)
     frame = FrameId(0, 1, 0, 0)
     for keyed in ({'physics.stiffness': value}, {f'physics.{value}': 1.0}):
-        assert physics.hear(parameters_message('/x', frame, np.zeros(3), keyed)) is None
+        assert bench.hear(parameters_message('/x', frame, np.zeros(3), keyed)) is None
     assert len(lines_of(capfd)) == 2
     for name, given in (('stiffness', value), (value, 1.0), ('solver', value)):
-        result = physics.put(**{name: given})
+        result = bench.put(**{name: given})
         assert not result.successful and len(result.reason) <= MAX_CHARACTERS
         assert result.reason.isprintable()
 
@@ -87,21 +76,21 @@ def test_who_fills_one_topic_with_reasons_silences_no_other(domain, tmp_path, ca
     assert 'a message on parameters is refused: wind must be finite' in said
 
 
-def test_a_bounded_number_of_answers_is_kept(physics):
+def test_a_bounded_number_of_answers_is_kept(bench):
     """Although a sender says of all its frames that they may be asked for again."""
     for index in range(80):
-        physics.hear(parameters_message(
+        bench.hear(parameters_message(
             '/x', FrameId(10**7 * index, 1, index, 0), np.zeros(3), {}))
-    assert len(physics.clouds) == 80
-    assert len(physics.node._server) == FrameOrder.LONGEST_QUEUE
-    assert len(physics.node._server.inputs) == 0
+    assert len(bench.clouds) == 80
+    assert len(bench.node._server) == FrameOrder.LONGEST_QUEUE
+    assert len(bench.node._server.inputs) == 0
 
 
-def test_stamps_that_no_answer_can_have_are_refused(physics, capfd):
+def test_stamps_that_no_answer_can_have_are_refused(bench, capfd):
     """Nanoseconds of more than a second bring a message beyond what a time holds."""
     message = parameters_message('/x', FrameId(0, 1, 0, 0), np.zeros(3), {})
     message.stamp.sec, message.stamp.nanosec = 2**31 - 1, 2**32 - 1
-    assert physics.hear(message) is None
+    assert bench.hear(message) is None
     assert 'its stamp of 2147483647 s and 4294967295 ns is beyond' in capfd.readouterr().err
 
 
@@ -203,7 +192,7 @@ def test_companions_and_what_they_are_asked_have_a_bound(domain, tmp_path, monke
         assert '/other/physics' in found._found
         assert len(found._clients) <= companions.MAX_COMPANIONS
         answer = GetParameters.Response(values=[ParameterValue(type=77)] * 3)
-        found._learn('/other/physics', companions.NODES['physics'], answer)
+        found._learn('/other/physics', companions.NODES['physics'], answer, 0)
         assert '/other/physics' in found._answered
 
 

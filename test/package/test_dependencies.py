@@ -15,11 +15,9 @@
 """The tables of docs/dependencies.md are what setup.py and package.xml ask for."""
 from pathlib import Path
 import re
-import runpy
 
 from catkin_pkg.package import parse_package
 import pytest
-import setuptools
 from support.pages import text_of
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -36,15 +34,10 @@ def page():
 
 
 @pytest.fixture(scope='module')
-def required():
+def required(setup):
     """Return {(name, range): extras that ask for it}; '' stands for every installation."""
-    taken = {}
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(ROOT)
-        patch.setattr(setuptools, 'setup', lambda **arguments: taken.update(arguments))
-        runpy.run_path('setup.py')
     found = {}
-    for extra, requirements in {'': taken['install_requires'], **taken['extras_require']}.items():
+    for extra, requirements in {'': setup['install_requires'], **setup['extras_require']}.items():
         for requirement in requirements:
             name, bounds = re.match(r'([\w-]+)([^;]+)', requirement).groups()
             found.setdefault((name, bounds.strip()), set()).add(extra)

@@ -79,6 +79,13 @@ def test_every_page_is_on_the_map():
         assert f']({page})' in text_of('README.md'), page
 
 
+def test_every_picture_is_shown():
+    shown = {name for page in PAGES
+             for name in re.findall(r'!\[[^]]*\]\(([^)]+)\)', text_of(page))}
+    for picture in (ROOT / 'docs').glob('*.png'):
+        assert shown & {picture.name, f'docs/{picture.name}'}, picture
+
+
 def test_readme_is_short():
     assert len(text_of('README.md').splitlines()) <= 150
 

@@ -56,17 +56,6 @@ def package():
     return parse_package(str(ROOT / 'package.xml'))
 
 
-@pytest.fixture(scope='module')
-def setup():
-    """Return what setup.py hands to setuptools."""
-    taken = {}
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(ROOT)
-        patch.setattr(setuptools, 'setup', lambda **arguments: taken.update(arguments))
-        runpy.run_path('setup.py')
-    return taken
-
-
 def names_of(nodes):
     """Return the first names of what is imported among nodes of a syntax tree."""
     names = set()

@@ -32,6 +32,7 @@ import pytest
 FRAMES = 12
 RESEND_AFTER, WINDOW, QUEUE = 1.0, 3, 8
 LATEST = (2**31 - 1) * 10**9
+NAMES = 'wind', 'physics', 'renderer', 'recorder'
 TICK = 0.05  # between looks of the wind [s]
 
 
@@ -54,6 +55,11 @@ class Network:
         """Let a node hear a topic; one that is started again replaces the one before."""
         self._listeners.setdefault(topic, {})[name] = callback
 
+    def leave(self, name):
+        """Let a node hear nothing any more."""
+        for listeners in self._listeners.values():
+            listeners.pop(name, None)
+
     def publish(self, topic, content, sender):
         """Send a message to everybody who listens, or lose or double it on the way."""
         for name in self._listeners.get(topic, ()):
@@ -67,7 +73,8 @@ class Network:
         """Deliver what is due until then."""
         while self._under_way and self._under_way[0][0] <= until:
             self.now, _, topic, name, content, sender = heapq.heappop(self._under_way)
-            self._listeners[topic][name](content, sender)
+            if name in self._listeners[topic]:
+                self._listeners[topic][name](content, sender)
         self.now = until
 
 
@@ -180,17 +187,32 @@ class RecorderModel:
     def __init__(self, network, life):
         self.network, self.sender = network, f'recorder {life}'
         self.recording = Recording(['image', 'vertices', 'parameters'], FRAMES)
+        self.early = {topic: StampBuffer(QUEUE) for topic in ('image', 'vertices')}
         network.listen('parameters', 'recorder', self.on_parameters)
         for topic in 'vertices', 'image':
             network.listen(topic, 'recorder',
                            lambda stamp, _, topic=topic: self.write(topic, stamp))
 
     def on_parameters(self, frame, sender):
-        for stamp in self.recording.follow(frame, frame.stamp, sender):
+        takes = self.recording.takes
+        now = self.recording.follow(frame, frame.stamp, sender)
+        for early in self.early.values():
+            if takes < self.recording.takes:
+                early.keep(())
+        for stamp in now:
             self.write('parameters', stamp)
+            for topic, early in self.early.items():
+                if stamp in early:
+                    self.write(topic, early.pop(stamp))
 
     def write(self, topic, stamp):
+        if self.recording.is_early(topic, stamp):
+            self.early[topic].put(stamp, stamp)
+            return
         placement = self.recording.place(topic, stamp)
+        if placement is Placement.WRITE and topic in self.early:
+            early = self.early[topic]
+            early.keep({other for other in early if other < stamp})
         if placement is Placement.ANSWER or (
                 placement is Placement.WRITE and self.recording.written(topic, stamp)):
             self.network.publish('frame_done', (stamp, 'recorder'), self.sender)
@@ -268,7 +290,7 @@ class Trouble(RuleBasedStateMachine):
         """Let time go by."""
         self.stage.run(seconds)
 
-    @rule(name=st.sampled_from(['wind', 'physics', 'renderer', 'recorder']))
+    @rule(name=st.sampled_from(NAMES))
     def kill(self, name):
         """Kill a node and start it again."""
         self.is_plain &= name in ('physics', 'renderer')
@@ -338,7 +360,7 @@ Trouble.TestCase.settings = settings(max_examples=60, stateful_step_count=15, de
 TestTrouble = Trouble.TestCase
 
 
-@pytest.mark.parametrize('name', ['wind', 'physics', 'renderer', 'recorder'])
+@pytest.mark.parametrize('name', NAMES)
 @pytest.mark.parametrize('when', [0.0, 0.02, 60.0])
 def test_a_node_that_is_killed_and_started_again_holds_up_no_take(name, when):
     """Before, during and after the shot; with the wind the shot begins anew."""
@@ -351,6 +373,20 @@ def test_a_node_that_is_killed_and_started_again_holds_up_no_take(name, when):
     assert stage.recorder.recording.has_all_frames == is_whole
     if not is_whole and when < 60.0:
         assert stage.recorder.recording.outstanding > 0  # which its log tells
+
+
+@pytest.mark.parametrize('order', list(itertools.permutations(NAMES)), ids='-'.join)
+def test_nodes_that_start_in_any_order_make_a_whole_take(order):
+    """Each while those before it wait, or go on; none that is waited for misses a frame."""
+    stage = Stage()
+    stage.wind.is_over = True
+    for name in order:
+        stage.network.leave(name)
+    for name in order:
+        stage.restart(name)
+        stage.run(1.3)
+    stage.assert_ends()
+    assert stage.recorder.recording.in_take == stage.recorder.recording.complete == FRAMES
 
 
 def test_steps_of_a_paused_wind_respect_the_window():

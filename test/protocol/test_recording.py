@@ -15,7 +15,7 @@
 """What a bag takes in: every message once, frame by frame and take by take."""
 from flag_sim.protocol import recording as module
 from flag_sim.protocol.frames import FrameId
-from flag_sim.protocol.recording import Placement, Recording, TAKE_GAP
+from flag_sim.protocol.recording import Placement, Recording, REMEMBERED_FRAMES, TAKE_GAP
 import pytest
 
 FRAME = 10**9 // 25  # [ns]
@@ -132,3 +132,19 @@ def test_invalid_stamps_are_refused():
                 record(recording, 'parameters', stamp)
     with pytest.raises(ValueError, match='after 4 takes is later than a bag can hold'):
         recording.place('parameters', stamps[1])
+
+
+def test_frames_of_strangers_are_forgotten_before_those_of_the_take():
+    """A burst of them neither grows without bound nor has a frame recorded twice."""
+    recording = Recording(['parameters', 'vertices'])
+    recording.follow(FrameId(0, 1, 0, 0), b'', 'wind')
+    assert recording.place('parameters', 0) is Placement.WRITE
+    recording.written('parameters', 0)
+    for stamp in range(10**15, 10**15 + 3 * REMEMBERED_FRAMES):
+        assert recording.place('vertices', stamp) is Placement.WRITE
+        recording.written('vertices', stamp)
+    assert recording.incomplete == 3 * REMEMBERED_FRAMES + 1  # told, but not kept
+    assert len(recording._missing) == REMEMBERED_FRAMES
+    assert recording.place('parameters', 0) is Placement.IGNORE
+    assert recording.place('vertices', 0) is Placement.WRITE
+    assert recording.written('vertices', 0)

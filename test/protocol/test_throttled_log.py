@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """What is logged of reasons that come again and again, and of waiting."""
-from flag_sim.protocol.throttled_log import MAX_REASONS, Refusals, Waiting
+from flag_sim.protocol.throttled_log import MAX_REASONS, Refusals, Waiting, WARN_EVERY
 
 
 def test_a_reason_is_logged_at_once_and_again_now_and_then():
@@ -44,3 +44,14 @@ def test_served_frames_end_a_wait():
     waiting = Waiting(patience=2.0)
     assert not any(waiting.look('vertices', n, 1.5 * n) for n in range(10))
     assert not waiting.look('vertices', 9, 15.0) and not waiting.look('', 9, 15.4)
+
+
+def test_what_is_over_is_told_when_it_comes_again():
+    """However long it went on before, and so had become rare in the log."""
+    refusals, now = Refusals(), 0.0
+    while now < 600.0:
+        refusals.is_worth_logging('late', now)
+        now += 1.0
+    assert not refusals.is_worth_logging('late', now)
+    refusals.end_silence()
+    assert refusals.is_worth_logging('late', now + WARN_EVERY)

@@ -13,14 +13,20 @@
 # limitations under the License.
 
 """Bags that are finished, full, moved, killed in the middle or none."""
+import contextlib
 import os
+import sqlite3
+import struct
 import subprocess
 import sys
+import tracemalloc
 
 from flag_sim.ros.bag import Bag, KEPT, RecordedTopics
 from flag_sim.ros.parameter_node import BadParameter
 import pytest
 from rcl_interfaces.msg import ParameterEvent
+from rclpy.serialization import serialize_message
+from rosbags.highlevel import AnyReader
 from sensor_msgs.msg import Image
 from support.bags import images_bag, recorded
 
@@ -79,6 +85,27 @@ except OSError as error:
         assert end == len(data)
 
 
+@pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
+def test_a_long_bag_takes_no_more_memory_than_a_short_one(tmp_path, storage):
+    """Every frame has an entry in the index that is written at the end."""
+    bag = Bag(tmp_path / 'bag', storage, 'none')
+    bag.add_topic('/camera/image_raw', Image)
+
+    def fill(times):
+        for time in times:
+            bag.write('/camera/image_raw', time, bytes(8))
+            bag.flush()
+    fill(range(500))
+    tracemalloc.start()
+    fill(range(500, 3000))
+    grown, _ = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert grown < 100_000
+    bag.close()
+    with AnyReader([tmp_path / 'bag']) as reader:
+        assert [time for _, time, _ in reader.messages()] == list(range(3000))
+
+
 def test_a_bag_that_was_moved_or_replaced_is_gone(tmp_path):
     """Nothing is written where nobody will look for it, and nothing over what is there now."""
     bag = Bag(tmp_path / 'bag', 'mcap', 'none')
@@ -126,3 +153,62 @@ def test_a_folder_without_a_bag_is_refused(tmp_path):
     os.mkfifo(tmp_path / 'bag' / 'x.mcap')
     with pytest.raises(BadParameter, match='is not a file'):
         RecordedTopics(tmp_path / 'bag')
+
+
+def sqlite_bag(folder):
+    """Return the file of a small bag."""
+    bag = Bag(str(folder), 'sqlite3', 'none')
+    bag.add_topic('/parameters', ParameterEvent)
+    bag.write('/parameters', 0, serialize_message(ParameterEvent()))
+    bag.close()
+    return folder / f'{folder.name}.db3'
+
+
+def test_a_journal_that_names_another_file_is_not_followed(tmp_path):
+    """By SQLite that file would be deleted once what was being written is taken back."""
+    file, victim = sqlite_bag(tmp_path / 'bag'), tmp_path / 'thesis'
+    victim.write_text('mine')
+    name, magic = str(victim).encode(), bytes.fromhex('d9d505f920a163d7')
+    pages = file.stat().st_size // 4096
+    journal = (magic + struct.pack('>5I', 0, 0, pages, 512, 4096)).ljust(512, b'\0')
+    journal += struct.pack('>I', 0x40000000 // 4096 + 1) + name
+    journal += struct.pack('>2I', len(name), sum(name)) + magic
+    file.with_name(f'{file.name}-journal').write_bytes(journal)
+    with pytest.raises(BadParameter, match='names another file'):
+        RecordedTopics(str(file.parent))
+    assert victim.read_text() == 'mine'
+
+
+@pytest.mark.parametrize('ending', ['-journal', '-wal', '-shm'])
+def test_what_lies_beside_a_bag_is_no_link(tmp_path, ending):
+    """It would be written to."""
+    file = sqlite_bag(tmp_path / 'bag')
+    (tmp_path / 'thesis').write_text('mine')
+    file.with_name(f'{file.name}{ending}').symlink_to(tmp_path / 'thesis')
+    with pytest.raises(BadParameter, match='is a link'):
+        RecordedTopics(str(file.parent))
+    assert (tmp_path / 'thesis').read_text() == 'mine'
+
+
+@pytest.mark.parametrize('change', [
+    'ALTER TABLE messages ADD x BLOB AS (zeroblob(999999000))',
+    'CREATE VIEW endless AS WITH RECURSIVE n(x) AS (SELECT 1 UNION ALL SELECT 1 FROM n) '
+    'SELECT x FROM n',
+    'CREATE TRIGGER again AFTER INSERT ON messages BEGIN DELETE FROM messages; END'])
+def test_a_bag_holds_nothing_that_is_computed(tmp_path, change):
+    """Which takes as much time and memory as its author likes."""
+    file = sqlite_bag(tmp_path / 'bag')
+    with contextlib.closing(sqlite3.connect(file)) as bag:
+        bag.execute(change)
+        bag.commit()
+    with pytest.raises(BadParameter, match='computed|is a view|is a trigger'):
+        RecordedTopics(str(file.parent))
+
+
+@pytest.mark.parametrize('name', ['mine?x', 'a%41', 'a#b', 'x?mode=memory'])
+def test_a_path_that_sqlite_takes_for_another_one_is_refused(tmp_path, name):
+    """The library asks for it as a URI, without quoting."""
+    with pytest.raises(BadParameter, match=r'no \?, % or #'):
+        Bag(str(tmp_path / name), 'sqlite3', 'none')
+    assert not list(tmp_path.iterdir())
+    Bag(str(tmp_path / name), 'mcap', 'none').close()

@@ -186,9 +186,12 @@ def test_missed_frames_are_reported_at_the_rate_at_which_they_were_missed(tmp_pa
         for _ in range(10):
             watcher.spin(0.02)
         assert watcher.put(client, 'rate', 7.0).successful
-        eventually(lambda: 'frames were missed' in graph.log('wind'), watcher)
-        line = next(line for line in graph.log('wind').splitlines() if 'were missed' in line)
-        assert 'missed at 50 Hz' in line and 'not done in time by slow' in line
+
+        def told():  # a busy machine misses frames of its own
+            return [line for line in graph.log('wind').splitlines()
+                    if 'were missed' in line and 'not done in time by slow' in line]
+        eventually(told, watcher)
+        assert 'missed at 50 Hz' in told()[0]
 
 
 def test_a_second_take_in_a_bag_is_told_once(tmp_path, domain):
@@ -270,7 +273,9 @@ def test_autokey_makes_keys_that_play_again(tmp_path, domain):
         assert first == 0.0 and before <= second <= after + 0.2
         assert graph.end('wind') == 0
         del keys[:]
-        graph.start('wind', '--params-file', str(saved))
+        # Paused, as the key comes once, and perhaps before the new wind is heard.
+        graph.start('wind', '--params-file', str(saved), '-p', 'paused:=true')
+        assert watcher.put(watcher.parameters_of('wind'), 'paused', False).successful
         eventually(lambda: round(second * 1e9) in [to_stamp(key.stamp) for key in keys], watcher)
 
 
@@ -306,14 +311,15 @@ def test_real_time_keeps_to_the_clock(tmp_path, domain):
     with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
         wind, clock = watcher.listen('wind'), watcher.listen('/clock')
         graph.start('wind', '-p', 'rate:=50.0', '-p', 'frames:=300', '-p', 'publish_clock:=true',
-                    '-p', 'wait_for:=[]')
+                    '-p', 'wait_for:=[]', '-p', 'paused:=true')
+        assert watcher.put(watcher.parameters_of('wind'), 'paused', False).successful
         eventually(lambda: graph.processes['wind'].poll() is not None, watcher)
         assert graph.processes['wind'].poll() == 0, graph.log('wind')
         for _ in range(5):
             watcher.spin()
         assert 'over: 300 frames, 0 sent again' in graph.log('wind')
     stamps = [to_stamp(message.header.stamp) for message in wind]
-    # The first frames may go before anybody is there, and a busy machine may miss some.
+    # A busy machine may miss some.
     assert len(stamps) > 50
     assert all(stamp % 20_000_000 == 0 for stamp in stamps)
     assert sorted(set(stamps)) == stamps and stamps[-1] <= 299 * 20_000_000

@@ -13,6 +13,8 @@
 # limitations under the License.
 
 """Arrays to messages and back."""
+import array
+
 from flag_sim.drawing.camera import Camera
 from flag_sim.ros import messages
 import numpy as np
@@ -95,6 +97,17 @@ def test_a_cloud_that_is_not_finite_is_refused(grid, value):
     grid[0][1, 3, 2] = value
     with pytest.raises(ValueError, match=r"'z' of point \(1, 3\) is"):
         messages.read_cloud(messages.cloud_message(0, *grid))
+
+
+@pytest.mark.filterwarnings('error')
+def test_a_signalling_nan_is_refused_like_every_other(grid):
+    """Nothing else is told of it; numpy would warn of the cast."""
+    message = messages.cloud_message(0, *grid)
+    data = np.array(message.data, np.uint8)
+    data[:4] = np.array([0x7fa00000], np.uint32).view(np.uint8)
+    message.data = array.array('B', data.tobytes())
+    with pytest.raises(ValueError, match=r"'x' of point \(0, 0\) is nan"):
+        messages.read_cloud(message)
 
 
 def test_images_hold_their_pixels():

@@ -15,16 +15,20 @@
 """QoS overrides of every topic of every node: refused, ignored with words, or taken."""
 import contextlib
 import importlib
+import re
 
 from flag_sim.declarations.nodes import NODES
 from flag_sim.ros.bag import Bag
 from flag_sim.ros.parameter_node import BadParameter
+from flag_sim.ros.topics import publish, subscribe
 from flag_sim.tools.graph import Graph
 import pytest
 from rcl_interfaces.msg import ParameterEvent
 import rclpy
 from rclpy.parameter import Parameter
-from rclpy.qos import ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import PointCloud2
+from support.watch import eventually, Watcher
 
 
 @contextlib.contextmanager
@@ -124,3 +128,34 @@ def test_a_bad_override_is_one_clear_line(tmp_path, domain):
         assert graph.log('wind').startswith('refused: qos_overrides./parameters.publisher.depth ')
         assert len(graph.log('wind').splitlines()) == 1
         assert "publisher.dept' is ignored" in graph.log('second')
+
+
+def test_who_cannot_be_served_or_heard_is_told_with_the_topic_and_what_helps(domain, capfd):
+    """Once, although a stranger comes again and again."""
+    said = []
+    with Watcher(domain) as watcher, Watcher(domain) as stranger:
+        publish(watcher.node, 'vertices')
+        subscribe(watcher.node, 'parameters', print)
+        for _ in range(3):
+            late = stranger.node.create_subscription(PointCloud2, 'vertices', print, QoSProfile(
+                depth=8, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+            weak = stranger.node.create_publisher(ParameterEvent, 'parameters', QoSProfile(
+                depth=8, reliability=ReliabilityPolicy.BEST_EFFORT))
+            eventually(lambda: watcher.node.count_subscribers('vertices')
+                       and watcher.node.count_publishers('parameters'), watcher)
+            eventually(lambda: said.append(capfd.readouterr().err) or {
+                '/vertices', '/parameters'} <= set(re.findall(r'\]: (/\w+): ', ''.join(said))),
+                watcher)
+            stranger.node.destroy_subscription(late)
+            stranger.node.destroy_publisher(weak)
+            eventually(lambda: not watcher.node.count_subscribers('vertices')
+                       and not watcher.node.count_publishers('parameters'), watcher)
+    # On a busy machine DDS may not have told its name yet.
+    lines = [line.partition(']: ')[2].replace('somebody', 'watcher')
+             for line in ''.join(said).splitlines() if '[WARN]' in line]
+    assert sorted(line for line in lines if line.startswith('/')) == [
+        '/parameters: watcher publishes it without the quality of service that this node needs, '
+        'and is not heard; give both the same reliability: this node by '
+        'qos_overrides./parameters.subscription.reliability',
+        '/vertices: watcher subscribes to it with a quality of service that this node does not '
+        'offer, and receives nothing; give both the same durability']

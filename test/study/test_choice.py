@@ -17,7 +17,7 @@ import math
 
 from flag_sim.study import settings_file
 from flag_sim.study.measures import summary
-from flag_sim.study.search import choose, MARGIN, Option, predicted
+from flag_sim.study.search import MARGIN, predicted
 from hypothesis import given, strategies as st
 import numpy as np
 import pytest
@@ -25,31 +25,6 @@ import yaml
 
 VALUES = st.floats(0.01, 100.0)
 TABLES = st.lists(st.tuples(VALUES, VALUES), min_size=1, max_size=30)
-
-
-@given(TABLES, VALUES, VALUES)
-def test_choose_as_by_brute_force(table, error_px, limit_ms):
-    """The cheapest within both budgets; else the most accurate in time; else the cheapest."""
-    options = [Option(str(n), *point) for n, point in enumerate(table)]
-    verdict = choose(options, error_px, limit_ms)
-    cost, error = verdict.option.cost_ms, verdict.option.error_px
-    in_time = [o for o in options if o.cost_ms <= limit_ms]
-    within = [o for o in in_time if o.error_px <= error_px]
-    assert verdict.is_fast == (cost <= limit_ms)
-    assert verdict.is_accurate == (error <= error_px)
-    if within:
-        assert verdict.is_fast and verdict.is_accurate
-        assert all(o.cost_ms >= cost for o in within)
-    elif in_time:
-        assert verdict.is_fast and all(o.error_px >= error for o in in_time)
-    else:
-        assert all(o.cost_ms >= cost for o in options)
-
-
-def test_nothing_to_choose_from():
-    """An empty table is a mistake."""
-    with pytest.raises(ValueError):
-        choose([], 1.0, 1.0)
 
 
 @given(TABLES, st.sampled_from([0.0, 0.05, 0.3]))
@@ -140,8 +115,8 @@ def test_predictions_hold_for_new_windows():
     for _ in range(2000):
         squares = np.abs(source.normal(4.0, 1.0, (2, 6)))
         above += math.sqrt(squares[1].mean()) > predicted(np.sqrt(squares[0]), 6)
-    # Student's t with 5 degrees of freedom exceeds 2 in 5.1 of 100; 2000 draws: +-0.5 each.
-    assert 0.035 < above / 2000 < 0.067
+    # Student's t with 5 degrees of freedom exceeds 1.3 in 12.5 of 100; 2000 draws: +-0.7 each.
+    assert 0.1 < above / 2000 < 0.15
 
 
 def test_a_diverged_window_is_never_good():

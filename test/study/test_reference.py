@@ -17,7 +17,6 @@ from flag_sim.cloth.model import Model
 from flag_sim.declarations.factories import cloth_of
 from flag_sim.study.measures import reference, settings
 from flag_sim.study.measures.reference import nested, on_grid, Reference
-from flag_sim.study.measures.trials import Trials
 import numpy as np
 import pytest
 
@@ -77,32 +76,3 @@ def test_starts_are_taken_over_exactly(base, soon, tmp_path):
     assert np.array_equal(cloth.positions, window.positions[::2, ::2])
     assert np.array_equal(cloth.velocities[:, 1:], window.velocities[::2, ::2][:, 1:])
     assert np.array_equal(own.on_finest(cloth.positions)[::2, ::2], cloth.positions)
-
-
-def test_the_reference_has_no_error_and_a_shifted_one_has_its_shift(base, soon, tmp_path):
-    """The finest grid by its own method is the window's end, up to the single precision."""
-    own = Reference(base, 1, tmp_path / 'windows', FINEST)
-    trials, window = Trials(own, base), own.window(0)
-    row, _ = trials.motion(on_grid(own.settings, *FINEST), window)
-    # Ends are kept in single precision: 1e-6 m at a height of 9 m, half of its last place.
-    assert row['worst_mm'] < 1e-3 and row['substeps'] > 1
-    shifted = window._replace(ends=window.ends + [0.0, 0.0, 0.002])
-    row, _ = trials.motion(on_grid(own.settings, *FINEST), shifted)
-    assert row['rms_mm'] == pytest.approx(2.0, abs=1e-3)
-    # 2 mm upwards at the default camera's distance, and cos(elevation) of it across the view.
-    camera = trials.camera
-    assert row['rms_px'] == pytest.approx(camera.pixels_per_metre(5.5) * 0.002, rel=0.1)
-    assert row['worst_px'] >= row['rms_px']
-
-
-def test_pictures_are_compared_with_the_best_one(base, soon, tmp_path):
-    """The same vertices drawn in the best way are the reference's picture, others are not."""
-    own = Reference(base, 1, tmp_path / 'windows', FINEST)
-    trials, window = Trials(own, base), own.window(0)
-    best = on_grid(own.settings, *FINEST, samples=16, interpolation='perspective')
-    row = trials.still(best, window)
-    assert row == {'drawing_psnr_db': 99.0, 'drawing_ssim': pytest.approx(1.0)}
-    plain = trials.still(base, window)
-    assert 20.0 < plain['drawing_psnr_db'] < 60.0 and plain['drawing_ssim'] < 1.0
-    small = settings.changed(base, {'width': 320, 'height': 240})
-    assert trials.picture(small, window.ends[0], window)['psnr_db'] < plain['drawing_psnr_db']

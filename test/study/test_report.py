@@ -18,34 +18,34 @@ import re
 
 from flag_sim.study import __main__ as study
 from flag_sim.study import machine, plots, runner, sections
-from flag_sim.study.measures import reference, settings, trials
-from flag_sim.study.sections import (
-    convergence, frontier, horizon, longrun, methods, one_at_a_time)
+from flag_sim.study.measures import settings
+from flag_sim.study.sections import follows, frontier, references, sound
 from flag_sim.study.store import IDENTITY
-import numpy as np
 import pytest
+from support.study import SMALL
 
-SECTIONS = (convergence, methods, horizon, longrun, one_at_a_time, frontier)
+SECTIONS = (frontier, follows, sound, references)
+
+
+def few_methods(others=False):
+    """Return a method for use, one that is not, and a softened one."""
+    return {'softened': None, 'seed': {'solver': 'seed'}} if others else {'symplectic': {}}
 
 
 @pytest.fixture
 def small(monkeypatch):
     """Make everything small: a grid of 7 x 5 beside 4 x 3 and 13 x 9, and short shots."""
-    base = settings.changed(trials.BASE, {
+    base = settings.changed(follows.BASE, {
         'grid.rows': 5, 'grid.columns': 7, 'width': 64, 'height': 48})
     for module, name, value in (
-            (trials, 'BASE', base), (trials, 'FINEST', (17, 25)),
-            (reference, 'SPIN_UP', 0.2), (reference, 'SPACING', 0.1),
-            (reference, 'LEAD', 1.0 / 30.0),
-            (convergence, 'COLUMNS', (4, 7, 13)), (convergence, 'WINDOWS', 2),
-            (methods, 'STEPS', (4, 16, 64)), (horizon, 'FRAMES', 5),
-            (longrun, 'SETTLE', 0.1), (longrun, 'LENGTH', 4.0),
-            (one_at_a_time, 'COLUMNS', (4, 13)), (frontier, 'COLUMNS', (4, 7, 13)),
-            (frontier, 'TURNS', 1), (study, 'all_sections', lambda: SECTIONS)):
+            *SMALL, (follows, 'BASE', base), (follows, 'DEFAULT', '7 symplectic'),
+            (follows, 'COLUMNS', (4, 7)), (follows, 'FEWER', 7), (follows, 'TURNS', 2),
+            (follows, 'REQUIRED', 2), (follows, 'methods', few_methods), (sound, 'FIRST', (7, 4)),
+            (study, 'all_sections', lambda: SECTIONS)):
         monkeypatch.setattr(module, name, value)
-    trials.base_trials.cache_clear()
+    follows.judge.cache_clear()
     yield
-    trials.base_trials.cache_clear()
+    follows.judge.cache_clear()
 
 
 def run(folder, seconds=1e-3):
@@ -55,53 +55,59 @@ def run(folder, seconds=1e-3):
 
 def test_a_study_makes_its_report_and_is_gone_on_with(small, tmp_path, capsys, monkeypatch):
     """Interrupted in the midst and run again, it measures nothing twice, and tells all."""
-    whole = frontier.batches
+    whole = sound.batches
 
     def interrupted(store):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(frontier, 'batches', interrupted)
+    monkeypatch.setattr(sound, 'batches', interrupted)
     folder = tmp_path / 'study'
     assert run(folder, 3.0) == 130
     assert 'the same command goes on' in capsys.readouterr().err
     before = {path: path.read_text() for path in folder.glob('*.csv')}
-    assert len(before) == 6 and not (folder / 'report.md').exists()
+    assert len(before) == 2 and not (folder / 'report.md').exists()
 
-    monkeypatch.setattr(frontier, 'batches', whole)
-    assert run(folder, 3.0) == 0
+    monkeypatch.setattr(sound, 'batches', whole)
+    assert run(folder, 60.0) == 0
     assert capsys.readouterr().out.strip() == str(folder / 'report.md')
     for path, text in before.items():
         assert path.read_text().startswith(text)
     text = (folder / 'report.md').read_text()
-    for words in ('# What accuracy costs', 'cores', 'numba', 'horizon', 'metres **per step**',
-                  "The reference's own error", 'On the frontier'):
+    for words in ('# What accuracy costs', 'cores', 'numba', '## If you want', 'Kendall',
+                  'the horizon', '## Behaves and rests', '## How it was measured'):
         assert words in text
+    assert text.index('## If you want') < text.index('## Follows') < text.index('cores')
     assert not re.search(r'\b(nan|None)\b|{', text)
+    assert '| | |' not in text and 'Not measured' not in text
     shown = re.findall(r'!\[\w+\]\((.*?)\)', text)
-    assert len(shown) == 6
-    for name in shown:
-        assert (folder / name).read_bytes().startswith(b'\x89PNG')
-    # Every setting stands in the table of parameters; the source's scheme in all of methods.
-    assert text.count('| solver | seed |') == 1 and '| seed |' in text
+    assert shown == ['frontier.png']
+    assert (folder / shown[0]).read_bytes().startswith(b'\x89PNG')
 
 
-def test_results_are_the_same_in_every_run(small, tmp_path, monkeypatch):
-    """Every number but times, to the last digit."""
-    some, tables = (convergence, horizon, one_at_a_time), []
-    monkeypatch.setattr(study, 'all_sections', lambda: some)
-    for name in 'ab':
-        trials.base_trials.cache_clear()
-        assert run(tmp_path / name) == 0
-        tables.append({section.NAME: study.Store(tmp_path / name, {}).rows(section.NAME)
-                       for section in some})
-    for name, rows in tables[0].items():
-        both = {row['key']: row for row in tables[1][name]}
-        shared = [row for row in rows if row['key'] in both]
-        assert len(shared) >= min(len(rows), len(both)) > 0
-        for row in shared:
-            for column, value in row.items():
-                if not column.endswith('_ms'):
-                    assert both[row['key']][column] == value, (name, row['key'], column)
+def test_what_there_was_no_time_for_is_said(small, tmp_path):
+    """The shortest study names the sections and settings that it has not; no table is empty."""
+    assert run(tmp_path) == 0
+    text = (tmp_path / 'report.md').read_text()
+    assert 'Not run for lack of time (method on columns): symplectic on 4' in text
+    assert 'Not measured for lack of time: a finer grid' in text
+    assert not re.search(r'(\| :?--:? )+\|\n\n', text)
+
+
+def test_first_page_recommends_nothing_that_does_not_behave_or_rest(small, tmp_path, monkeypatch):
+    """However near it is and cheap."""
+    assert run(tmp_path, 60.0) == 0
+    store = study.Store(tmp_path, {})
+    cost = follows.costs(store.rows(follows.NAME))
+    cheapest = min((row['setting'] for row in store.rows(sound.NAME) if sound.is_sound(row)),
+                   key=cost.get)
+    for column in ('behaves', 'rests'):
+        assert f'**{cheapest}**' in frontier.text(store)
+        row = store.row(sound.NAME, cheapest)
+        kept, row[column] = row[column], 1e9
+        assert f'**{cheapest}**' not in frontier.text(store)
+        row[column] = kept
+    lines = frontier.text(store).split('| :-- |')[1].splitlines()
+    assert sum(line.startswith('| ') for line in lines) <= 6
 
 
 def test_without_matplotlib_there_are_tables(small, tmp_path, monkeypatch):
@@ -110,7 +116,7 @@ def test_without_matplotlib_there_are_tables(small, tmp_path, monkeypatch):
     monkeypatch.setattr(study, 'all_sections', lambda: SECTIONS[:2])
     assert run(tmp_path / 'study') == 0
     text = (tmp_path / 'study' / 'report.md').read_text()
-    assert plots.MISSING in text and '![' not in text and '| seed |' in text
+    assert plots.MISSING in text and '![' not in text and '| 7 symplectic |' in text
     assert not list((tmp_path / 'study').glob('*.png'))
 
 
@@ -123,8 +129,9 @@ def test_a_section_of_the_report_is_one_file(tmp_path, monkeypatch):
         "PLACE, NAME, SHARE = 0.5, 'answers', 1.0\n"
         'def batches(store):\n'
         "    yield Batch('all', [{'why': 'so'}], lambda why: {'found_m': 42.0}, True)\n"
-        'def text(rows):\n'
-        "    return '## Answers\\n\\n' + table(['found m'], [[rows[0]['found_m']]])\n")
+        'def text(store):\n'
+        "    found = store.rows('answers')[0]['found_m']\n"
+        "    return '## Answers\\n\\n' + table(['found m'], [[found]])\n")
     own = [section.NAME for section in sections.all_sections()]
     monkeypatch.setattr(sections, '__path__', [*sections.__path__, str(tmp_path / 'room')])
     found = sections.all_sections()
@@ -207,17 +214,3 @@ def test_a_folder_of_something_else_is_refused(tmp_path, capsys):
         study.main(['--output', str(tmp_path)])
     assert 'holds something else' in capsys.readouterr().err
     assert not (tmp_path / IDENTITY).exists()
-
-
-def test_the_peak_of_a_known_motion():
-    """A wave of 1.7 Hz under a slower, stronger one below what counts."""
-    times = np.arange(0.0, 20.0, 1.0 / 30.0)
-    motion = np.sin(2.0 * np.pi * 1.7 * times) + 3.0 * np.sin(2.0 * np.pi * 0.1 * times)
-    assert longrun.peak(motion, 1.0 / 30.0) == pytest.approx(1.7, abs=0.05)  # 1 / 20 s
-
-
-def test_the_growth_of_a_known_curve():
-    """An exponential that levels off."""
-    times = np.arange(1, 40) / 30.0
-    values = np.minimum(1e-6 * np.exp(25.0 * times), 50.0)
-    assert horizon.growth(times, values, 1.0) == pytest.approx(25.0)

@@ -61,7 +61,8 @@ class Network:
         """Make the hosts."""
         self._process = subprocess.Popen(
             ['unshare', *USER, '--net', '--mount', sys.executable, PROGRAM, *self._arguments],
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
+            start_new_session=True)  # Ctrl-C ends the nodes first, which still need the network
         try:
             self._ids = json.loads(self._process.stdout.readline())
         except ValueError:

@@ -16,3 +16,5 @@
 import os
 
 SOAK = 'FLAG_SIM_SOAK' in os.environ
+SOAK_MINUTES = float(os.environ.get('FLAG_SIM_SOAK_MINUTES', '120'))
+"""How long the graph films in a soak; five minutes are its short form."""

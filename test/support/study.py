@@ -14,10 +14,12 @@
 
 """A study in which everything is small: for seconds where the real one takes minutes."""
 from flag_sim.study import search
-from flag_sim.study.measures import reference
+from flag_sim.study.measures import behaves, judge, reference, rests
 
 SMALL = (
-    (search, 'FINEST', (17, 25)), (search, 'WINDOWS', 2), (search, 'CHECKS', 2),
-    (search, 'STRETCH_RUN', 0.2), (reference, 'SPIN_UP', 0.2), (reference, 'SPACING', 0.1),
-    (reference, 'LEAD', 1.0 / 30.0))
-"""(module, name, value): grids up to 13 x 9, two windows soon after the start."""
+    (judge, 'FINEST', (17, 25)), (search, 'WINDOWS', 2), (search, 'FIRST', 1),
+    (judge, 'SETTLE', 0.5), (judge, 'LENGTH', 2.0), (behaves, 'WITHIN', 100.0),
+    (rests, 'STILLED', 0.3), (rests, 'FREE', 0.3),
+    (rests, 'WATCHED', 0.1), (rests, 'SLOW', 1e5), (rests, 'DEEPER', 10.0),
+    (reference, 'SPIN_UP', 0.2), (reference, 'SPACING', 0.1), (reference, 'LEAD', 1.0 / 30.0))
+"""(module, name, value): grids up to 13 x 9, two windows soon after the start, short long runs."""

@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """Two runs, with a term and without it, that begin from the same states."""
+import math
 import time
 
 from flag_sim.cloth import Cloth, Diverged
@@ -21,16 +22,21 @@ from flag_sim.declarations.factories import cloth_of, look_of
 from flag_sim.drawing import Picture
 from flag_sim.study.measures import errors, summary
 from flag_sim.study.measures.ablation_terms import settings_of, Term
+from flag_sim.study.measures.behaves import behaves, together
+from flag_sim.study.measures.follows import HORIZONS
+from flag_sim.study.measures.judge import LENGTH, SETTLE
+from flag_sim.study.measures.long_run import observed
 from flag_sim.study.measures.reference import Shot, Window
-from flag_sim.study.measures.settings import DEFAULTS, rendered, Settings
+from flag_sim.study.measures.rests import rest
+from flag_sim.study.measures.settings import changed, DEFAULTS, rendered, Settings
 import numpy as np
 
 SPIN_UP = 3.0  # until the first window: the flag, laid out flat, has then fallen into the wind [s]
 WINDOWS = 6
 SPACING = 0.7  # from one window to the next [s]
-WINDOW = 0.3
-"""Length of a window [s]: the control's runs are then still within a thousandth of a pixel."""
-LONG = 20.0  # of the long run [s]; its first SPIN_UP seconds do not count
+WINDOW = HORIZONS[2]  # length of a window [s]
+SEEDS = 3  # of the gusts, for the long runs with a term; without it one less
+GUSTS = 0.3  # intensity for the long runs of a steady shot: else they would all be the same run
 REPEATS = 15  # frames that are timed, of each of both runs in turn
 VISIBLE = 3
 """Levels of 255 by which a channel of a pixel must change for the pixel to count as changed."""
@@ -64,11 +70,21 @@ class AblationRuns:
             found.append(Window(frame, cloth.positions, cloth.velocities, None))
         return found
 
+    def cloth(self, which: int) -> Cloth:
+        """Return the cloth of one of both runs, laid out flat."""
+        cloth = cloth_of(self.settings[which])
+        if not which:
+            return cloth
+        if self.term.replace:
+            cloth = self.term.replace(cloth)
+        positions = cloth.positions
+        positions[:, 1:] += self.term.offset
+        cloth.place(positions, cloth.velocities)
+        return cloth
+
     def begin(self, which: int, start: Window) -> Cloth:
         """Return the cloth of one of both runs at a window's start."""
-        cloth = cloth_of(self.settings[which])
-        if which and self.term.replace:
-            cloth = self.term.replace(cloth)
+        cloth = self.cloth(which)
         positions, velocities = start.positions, start.velocities
         if which:
             positions, velocities = (resample(values, *self.grid)
@@ -93,13 +109,14 @@ class AblationRuns:
         """
         Return a row of numbers; None where the motion is the same, or diverged.
 
-        px_rms, px_worst: at the windows' ends, as the camera sees it; shape_px: RMS distance of
-        the mean shapes; energy: mean kinetic energy without, over with; psnr_db, ssim, levels
-        (mean absolute), changed (share of pixels): of the pictures at the windows' ends; ms and
-        spread_ms with and without: median and interquartile range of a frame's time, of the
-        physics or the drawing or both, whichever has other parameters; None if they tell nothing.
+        px_rms, px_worst: at the windows' ends, as the camera sees it; behaves: of the runs
+        without, by those with the term (see behaves); rests: residual speed without it [mm/s];
+        psnr_db, ssim, levels (mean absolute), changed (share of pixels): of the pictures at the
+        windows' ends; ms and spread_ms with and without: median and interquartile range of a
+        frame's processor time, of the physics or the drawing or both, whichever has other
+        parameters; None if they tell nothing.
         """
-        row = dict.fromkeys(('px_rms', 'px_worst', 'shape_px', 'energy'))
+        row = dict.fromkeys(('px_rms', 'px_worst', 'behaves', 'rests'))
         starts = self.starts()
         ends = [self.ends(start) if self.moves else (start.positions, start.positions)
                 for start in starts]
@@ -107,7 +124,7 @@ class AblationRuns:
         if self.moves and ends:
             apart = np.concatenate([self._pixels(*pair) for pair in ends])
             row |= {'px_rms': summary.rms(apart), 'px_worst': float(apart.max())}
-            row |= self._long(starts[0])
+            row |= self._sound()
         times = self.times(starts[-1])
         return row | self._pictures(ends) | (dict.fromkeys(times) if self.term.replace else times)
 
@@ -116,14 +133,18 @@ class AblationRuns:
         return errors.pixel_distances(other, resample(one, *self.grid),
                                       look_of(self.settings[0]).camera)
 
-    def _long(self, start):
-        """Return shape_px and energy of the long runs, None where one diverged."""
-        runs = [shot.long_run(self.begin(which, start), start.frame, SPIN_UP, LONG - SPIN_UP)
-                for which, shot in enumerate(self.shots)]
-        if None in runs:
-            return {'shape_px': None, 'energy': None}
-        return {'shape_px': summary.rms(self._pixels(*(run.shape for run in runs))),
-                'energy': sum(runs[1].energies) / sum(runs[0].energies)}
+    def _sound(self):
+        """Return how the flag behaves and rests without the term; inf where it diverges."""
+        camera = look_of(self.settings[0]).camera
+        gusty = {} if self.settings[0]['gust.intensity'] else {'gust.intensity': GUSTS}
+        with_it, without = [], []
+        for which, runs in enumerate((with_it, without)):
+            settings = changed(self.settings[which], gusty)
+            for gusts in range(SEEDS - which):
+                shot = Shot(changed(settings, {'gust.seed': settings['gust.seed'] + gusts}))
+                runs.append(observed(shot, self.cloth(which), camera, SETTLE, LENGTH))
+        number = math.inf if None in with_it else together(behaves(without, with_it))
+        return {'behaves': number, 'rests': rest(self.shots[1], self.cloth(1)).speed}
 
     def _pictures(self, ends):
         """Return by how much the pictures of both runs differ at all the windows' ends."""
@@ -149,7 +170,7 @@ class AblationRuns:
             for which, shot in enumerate(self.shots):
                 cloth = self.begin(which, start)
                 wind = shot.wind(start.frame + 1)
-                begin = time.perf_counter()
+                begin = time.process_time()
                 if self.moves:
                     try:
                         cloth.advance(shot.dt, wind)
@@ -158,7 +179,7 @@ class AblationRuns:
                 normals = cloth.normals()
                 if draws:
                     pictures[which].draw(cloth.positions, normals, *looks[which])
-                times[which].append(1e3 * (time.perf_counter() - begin))
+                times[which].append(1e3 * (time.process_time() - begin))
         row = {}
         for name, some in zip(('with', 'without'), times):
             low, median, high = np.percentile(some[1:], [25, 50, 75])

@@ -13,12 +13,9 @@
 # limitations under the License.
 
 """How wrong a motion or a picture is: in metres, in pixels of a camera, and as people see it."""
-from collections.abc import Callable
 import math
-from typing import NamedTuple
 
 from flag_sim.drawing import Camera
-from flag_sim.study.measures import summary
 import numpy as np
 
 Array = np.ndarray
@@ -114,39 +111,3 @@ def resized(picture: Array, height: int, width: int) -> Array:
             part = (at - low).reshape((-1, 1, 1) if axis == 0 else (1, -1, 1))
             image = (1.0 - part) * image.take(low, axis) + part * image.take(high, axis)
     return np.rint(image).astype(np.uint8)
-
-
-MOST_DB = 99.0  # of pictures that are equal, whose PSNR is infinite
-
-
-class Measure(NamedTuple):
-    """A number that says how wrong a run is in a window: a column of the rows and of tables."""
-
-    title: str              # of its column in a table, with the unit
-    of: Callable            # (the run's, the reference's, ...) -> the number
-    over_windows: Callable  # (rows, column) -> one number for all of them
-
-
-def _millimetres(total):
-    return lambda end, right, camera: 1e3 * float(total(distances(end, right)))
-
-
-def _pixels(total):
-    return lambda end, right, camera: float(total(pixel_distances(end, right, camera)))
-
-
-MOTION = {'rms_mm': Measure('RMS mm', _millimetres(summary.rms), summary.total),
-          'worst_mm': Measure('worst mm', _millimetres(np.max), summary.worst),
-          'rms_px': Measure('RMS px', _pixels(summary.rms), summary.total),
-          'worst_px': Measure('worst px', _pixels(np.max), summary.worst)}
-"""{column: Measure} of positions (rows, columns, 3) [m], in a camera's picture."""
-PICTURE = {'psnr_db': Measure('PSNR dB', lambda *pair: min(psnr(*pair), MOST_DB),
-                              summary.mean),
-           'ssim': Measure('SSIM', ssim, summary.mean)}
-"""{column: Measure} of images (height, width, 3) uint8."""
-MEASURES = {**MOTION, **PICTURE, **{f'drawing_{name}': own for name, own in PICTURE.items()}}
-
-
-def measured(measures: dict[str, Measure], *arguments) -> dict[str, float]:
-    """Return {column: number} of some measures."""
-    return {column: one.of(*arguments) for column, one in measures.items()}

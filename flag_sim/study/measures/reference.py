@@ -31,29 +31,15 @@ from typing import NamedTuple
 from flag_sim.animation.gusts import Gusts
 from flag_sim.animation.wind_vector import wind_vector
 from flag_sim.cloth import Cloth, Diverged
-from flag_sim.cloth.energy import kinetic_energy
 from flag_sim.cloth.mesh import resample
-from flag_sim.cloth.model import Model
 from flag_sim.declarations.factories import cloth_of
 from flag_sim.study.measures.settings import changed, RANGES, Settings
 import numpy as np
 
-FINEST = (161, 241)  # rows and columns of the finest grid: eight times as fine as the default
-SPIN_UP = 1.0  # until the first window: the flag, laid out flat, has then fallen into the wind [s]
-SPACING = 0.5  # from one window to the next [s]
-LEAD = 0.1  # on the finest grid before a window [s]
-WINDOW = 1.0 / 30.0
-"""Length of a window, in which errors are ranked [s]; see the report on why not longer."""
-PROBE = 1.0 / 3.0, 2.0 / 3.0
-"""Place of the node whose sideways motion is recorded: parts of height and length."""
-
-
-class LongRun(NamedTuple):
-    """What can be compared of a run that is longer than trajectories can be compared."""
-
-    shape: np.ndarray  # mean positions (rows, columns, 3) [m]
-    energies: list     # kinetic energy of each frame [J]
-    sideways: list     # velocity of the probe's node across the wind in each frame [m/s]
+FINEST = (81, 121)  # rows and columns of the finest grid: four times as fine as the default
+SPIN_UP = 2.0  # until the first window: the flag, laid out flat, has then fallen into the wind [s]
+SPACING = 1.0  # from one window to the next [s]
+LEAD = 0.2  # on the finest grid before a window [s]
 
 
 class Shot:
@@ -84,33 +70,15 @@ class Shot:
         for frame in range(first + 1, last + 1):
             cloth.advance(self.dt, self.wind(frame))
 
-    def timed(self, cloth: Cloth, first: int, last: int) -> Iterator[tuple]:
-        """Yield (steps taken, time [ms]) after each frame of play; end early if it diverges."""
+    def timed(self, cloth: Cloth, first: int, last: int) -> Iterator[float]:
+        """Yield each frame's processor time [ms], as play goes on; end early if it diverges."""
         for frame in range(first + 1, last + 1):
-            begin = time.perf_counter()
+            wind, begin = self.wind(frame), time.process_time()
             try:
-                steps = cloth.advance(self.dt, self.wind(frame))
+                cloth.advance(self.dt, wind)
             except Diverged:
                 return
-            yield steps, 1e3 * (time.perf_counter() - begin)
-
-    def long_run(self, cloth: Cloth, first: int, settle: float, seconds: float) -> LongRun | None:
-        """
-        Return the LongRun of a cloth from a frame on, None if it diverges.
-
-        settle: what is left out first [s]; seconds: what counts then [s].
-        """
-        model = Model(cloth.mesh, cloth.material)
-        skipped, count = self.frames(settle), self.frames(settle + seconds) - self.frames(settle)
-        energies, sideways, mean = [], [], 0.0
-        node = tuple(round(part * (number - 1)) for part, number in zip(
-            PROBE, (cloth.mesh.rows, cloth.mesh.columns)))
-        for done, _ in enumerate(self.timed(cloth, first, first + skipped + count), 1):
-            if done > skipped:
-                energies.append(kinetic_energy(model, cloth.velocities))
-                sideways.append(cloth.velocities[node][1])
-                mean = mean + cloth.positions / count
-        return LongRun(mean, energies, sideways) if len(energies) == count else None
+            yield 1e3 * (time.process_time() - begin)
 
 
 class Window(NamedTuple):

@@ -136,3 +136,16 @@ def frontier(points: list[tuple[float, float]], same: float) -> list[int]:
             best = (1.0 - MIN_GAIN) * wrong
             found.append(index)
     return found
+
+
+def kendall(one: list[float], other: list[float]) -> float | None:
+    """
+    Return Kendall's tau of two rankings of the same things: 1 where they agree, -1 where reversed.
+
+    Of the pairs that differ in both; None where there is none.
+    """
+    one, other = np.asarray(one), np.asarray(other)
+    i, j = np.triu_indices(len(one), 1)
+    signs = np.sign(one[i] - one[j]) * np.sign(other[i] - other[j])
+    counted = signs[signs != 0]
+    return float(counted.mean()) if len(counted) else None

@@ -15,11 +15,9 @@
 """The sections of the report, one module each: to add one is to add a file here."""
 from collections.abc import Iterator
 import importlib
-from pathlib import Path
 import pkgutil
 from typing import Protocol
 
-from flag_sim.study.measures.summary import Rows
 from flag_sim.study.runner import Batch
 from flag_sim.study.store import Store
 
@@ -29,7 +27,8 @@ class Section(Protocol):
     What a section's module has; a module without a PLACE is shared by sections.
 
     Columns of rows end with their unit (`rms_mm`). Every number in them but times (`_ms`) is the
-    same in every run. A module without tables to draw has no plots.
+    same in every run. A module that has nothing to measure yields no batches; one that has nothing
+    to draw has no plots.
     """
 
     PLACE: float  # in the report; lower ones are measured first
@@ -39,11 +38,11 @@ class Section(Protocol):
     def batches(store: Store) -> Iterator[Batch]:
         """Yield its rows, the most important first: a short study has only the first of them."""
 
-    def text(rows: Rows) -> str:
-        """Return its Markdown text in the report, heading (##) and tables."""
+    def text(store: Store) -> str:
+        """Return its Markdown text, heading (##) and tables; '' where nothing was measured."""
 
-    def plots(rows: Rows, folder: Path) -> Iterator[tuple[str, str]]:
-        """Draw into folder; yield (file name, what to see there). Needs matplotlib."""
+    def plots(store: Store) -> Iterator[tuple[str, str]]:
+        """Draw into store.folder; yield (file name, what to see there). Needs matplotlib."""
 
 
 def all_sections() -> list[Section]:

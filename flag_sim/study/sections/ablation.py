@@ -15,27 +15,22 @@
 """
 What each term is worth: the motion, the picture and the time without it.
 
-The motion is chaotic: two runs that differ in anything part in a second or two. So the change of
-the motion is taken twice. Over short windows, which begin from the same states of the run with the
-term; and, from a long run, of its mean shape and kinetic energy. The control shows what both are
-where nothing but the last digits differ.
+By the same three measures as settings, with the default run, which has the term, as the reference.
+The control shows what they are where nothing but the last digits differ.
 """
 from collections.abc import Iterator
-from pathlib import Path
 
 from flag_sim.study import plots as drawing
 from flag_sim.study.measures import errors
-from flag_sim.study.measures.ablation_runs import (
-    AblationRuns, LONG, SPIN_UP, VISIBLE, WINDOW, WINDOWS)
+from flag_sim.study.measures.ablation_runs import AblationRuns, VISIBLE, WINDOW, WINDOWS
 from flag_sim.study.measures.ablation_terms import SHOTS, TERMS
 from flag_sim.study.measures.settings import rendered
-from flag_sim.study.measures.summary import Rows
 from flag_sim.study.report import number, table
 from flag_sim.study.runner import Batch
 from flag_sim.study.store import Store
 import numpy as np
 
-PLACE, NAME, SHARE = 9, 'ablation', 3.0
+PLACE, NAME, SHARE = 4, 'ablation', 3.0
 SHORTEST = 0.01  # share of pixels [%] at which the plot begins; what is below stands there
 APART = 1.0  # time since both runs of two pictures were in the same state [s]
 COLUMNS = 4  # of the sheet of pictures
@@ -58,21 +53,23 @@ def measured(term, shot):
     return AblationRuns(BY_NAME[term], SHOTS[shot]).measured()
 
 
-def text(rows: Rows) -> str:
+def text(store: Store) -> str:
     """Return the text with the table of terms."""
-    lines = []
+    rows, lines = store.rows(NAME), []
     for row in sorted(rows, key=lambda row: list(BY_NAME).index(row['term'])):
         saved = saving(row)
         lines.append([
             row['term'], row['shot'], row['px_rms'] if row['px_rms'] is None else
-            f'{number(row["px_rms"])} ({number(row["px_worst"])})', row['shape_px'],
-            row['energy'], row['psnr_db'], row['levels'],
-            None if row['changed'] is None else 100.0 * row['changed'],
+            f'{number(row["px_rms"])} ({number(row["px_worst"])})', row['behaves'],
+            row['rests'], None if row['changed'] is None else 100.0 * row['changed'],
             row['ms_with'], saved and f'{round(saved[0], 2) + 0.0:.2f} ± {saved[1]:.2f}',
             BY_NAME[row['term']].why])
+    missing = [term.name for term in TERMS if term.name not in {row['term'] for row in rows}]
     return TEXT + '\n\n' + table(
-        ['term', 'shot', 'px RMS (worst)', 'mean shape, px', 'energy', 'PSNR, dB', 'levels',
-         'pixels changed, %', 'with it, ms', 'saved without, ms', 'by default'], lines)
+        ['term', 'shot', 'follows: px RMS (worst)', 'behaves', 'rests: mm/s', 'pixels changed, %',
+         'with it, ms', 'saved without, ms', 'by default'], lines) + (
+        f'\n\nNot measured for lack of time: {", ".join(missing)}.' if missing else '')\
+        if rows else ''
 
 
 def saving(row):
@@ -87,28 +84,30 @@ def saving(row):
             max(row['spread_ms_with'], row['spread_ms_without']))
 
 
-TEXT = f"""## What a scene requires
+TEXT = f"""## What each effect is worth
 
 Each term of the model and of the light is switched off alone (those that are off by default: on),
-and compared with the run that has it. Pixels: of the shot's camera, at the ends of {WINDOWS}
-windows of {WINDOW:g} s that begin from the same states. Mean shape and kinetic energy (without,
-over with): of a run of {LONG:g} s, but its first {SPIN_UP:g} s; to be compared with those of the
-control, "nothing", which are what chaos alone changes. PSNR, mean absolute levels, and pixels
-changed by at least {VISIBLE} levels: of the pictures at the windows' ends. Times: medians of
-frames taken in turns with and without, of the physics where the motion changes, else of the
-drawing, with the larger interquartile range of both: a saving below it is none.
+and measured as above, with the run that has it as the reference. Follows: pixels after
+{WINDOW:g} s, at the ends of {WINDOWS} windows that begin from the same states. Behaves: 1 is what
+other gusts change, which are of 0.3 where the shot has none; the control, "nothing", begins a
+nanometre aside. Rests: without the term.
+Pixels changed by at least {VISIBLE} levels: of the pictures at the windows' ends. Times: processor
+time of frames taken in turns with and without, of the physics where the motion changes, else of
+the drawing, with the larger interquartile range of both: a saving below it is none.
 
 "Wind relative to the cloth" keeps the quadratic law and leaves the cloth's own velocity out of
-it; no parameter does that, so that it has no time. The two rows of other laws change more than
-one thing: the linear law has a density, and the course project's law (`air.law: seed`) a wind, in
-which it presses as hard on a face at rest that is square to the shot's mean wind. At other angles
-and in gusts their pressures differ."""
+it; no parameter does that, so that it has no time. The two rows of other laws have a density, or a
+wind, in which they press as hard on a face at rest that is square to the shot's mean wind; at
+other angles and in gusts their pressures differ."""
 
 
-def plots(rows: Rows, folder: Path) -> Iterator[tuple[str, str]]:
+def plots(store: Store) -> Iterator[tuple[str, str]]:
     """Draw what each term changes and costs, and how the flag looks without it."""
+    rows, folder = store.rows(NAME), store.folder
     known = {row['term'] for row in rows}
     terms = [term for term in TERMS if term.name in known]
+    if len(terms) < 2:
+        return
     _draw_worth(rows, [term.name for term in terms], folder / 'ablation.png')
     yield 'ablation.png', (
         'Left: how much of the picture each term changes. Right: the time that it costs. More '

@@ -12,180 +12,121 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The parameters together: the whole pipeline's cost against its error, and the frontier."""
+"""The first page: what to take, by all three measures, and their plots against the cost."""
 from collections.abc import Iterator
-import itertools
-import math
-from pathlib import Path
 
-from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.study import plots as drawing
-from flag_sim.study.measures import summary, trials
-from flag_sim.study.measures.errors import MEASURES, PICTURE
-from flag_sim.study.measures.reference import WINDOW
-from flag_sim.study.measures.summary import Rows
-from flag_sim.study.report import median_and_quartiles, table
+from flag_sim.study.measures import behaves, follows as horizons, rests, summary
+from flag_sim.study.report import table
 from flag_sim.study.runner import Batch
-from flag_sim.study.sections import sweep
+from flag_sim.study.sections import follows, references, sound
 from flag_sim.study.store import Store
 
-PLACE, NAME, SHARE = 6, 'frontier', 2.0
-TURNS = 5
-COLUMNS = (7, 13, 16, 25, 31, 61, 121)
-PICTURES = {'4 samples': {'samples': 4}, '320 x 240': {'width': 320, 'height': 240}}
-"""Other pictures than the default's; they are tried with symplectic steps."""
-HIGHLIGHT = '#ffe48a'  # colour of the frontier: no method's
-
-
-def methods():
-    """Return {name: changes}: how to take the steps of a frame; for 'softened' see settings."""
-    return {
-        **{name: {'solver': name} for name in SOLVERS if name != 'xpbd'},
-        'symplectic float32': {'precision': 'float32'},
-        **{f'xpbd {count} steps': {'solver': 'xpbd', 'substeps': count, 'substeps_limit': count}
-           for count in (5, 20, 80)},
-        'softened': {},
-    }
-
-
-def settings():
-    """Return {name: settings} of combinations of grid, method and picture."""
-    found = {}
-    for columns, (name, changes) in itertools.product(COLUMNS, methods().items()):
-        if name == 'softened':
-            # Half of what symplectic asks for at its safety: a quarter of the stiffness.
-            changes = {'substeps_limit': max(1, round(1.1 * columns))}
-        found[f'{columns} {name}'] = trials.with_grid(columns, **changes)
-    return found | {f'{columns} symplectic, {name}': trials.with_grid(columns, **changes)
-                    for columns, (name, changes) in itertools.product(COLUMNS, PICTURES.items())}
+PLACE, NAME, SHARE = 1, 'frontier', 0.0
+MOST = 6  # rows of the table
+WITHIN_PX = (20.0, 10.0, 5.0, 3.0)  # errors that a user may allow
+SLOWEST_MS = 1e-3  # where the plots of what has no speed at all begin, in mm/s
 
 
 def batches(store: Store) -> Iterator[Batch]:
-    """Run every combination through the windows, again and again."""
-    return sweep.batches(store, settings(), _measured, list(range(sweep.FIRST)) * TURNS)
+    """Measure nothing: what is shown here is measured by the sections after it."""
+    del store
+    yield from ()
 
 
-def _measured(base, settings, window):
-    return base.row(settings, window, {'psnr_db': PICTURE['psnr_db']})
+def text(store: Store) -> str:
+    """Return the table of what to take."""
+    rows = summary.complete(store.rows(follows.NAME), 'setting')
+    known = {row['setting']: row for row in store.rows(sound.NAME)}
+    good = {name for name, row in known.items() if sound.is_sound(row)}
+    if not rows or not good:
+        return ''
+    cost, error = follows.costs(rows), follows.errors(rows)
+
+    def line(want, name):
+        row = known[name]
+        return [want, f'**{name}**', cost[name], error[name], row['behaves'], row['rests']]
+
+    def cheapest(allowed_px):
+        found = [name for name in good if error[name] <= allowed_px]
+        return min(found, key=cost.get) if found else None
+
+    seconds = horizons.HORIZONS[2]
+    lines = [line('a flag that looks right, for least', min(good, key=cost.get))]
+    for allowed in WITHIN_PX:
+        name = cheapest(allowed)
+        if name and all(name not in one[1].split('**') for one in lines):
+            lines.append(line(f'within {allowed:g} px for {seconds:g} s', name))
+    if follows.DEFAULT in known:
+        words = '' if follows.DEFAULT in good else ', which does not behave or rest'
+        own = line(f'to know what the defaults are{words}', follows.DEFAULT)
+        lines = [*lines[:MOST - 1], [own[0], follows.DEFAULT, *own[2:]]]
+    return f"""## If you want ..., take ...
+
+{table(['if you want', 'take (columns of the grid, method)', 'ms a frame',
+        f'follows: px after {seconds:g} s', 'behaves', 'rests: mm/s'], lines)}
+
+Costs are processor time of a frame, physics and drawing. *Follows*: how far off a vertex is in the
+picture, a while after both were in the same state. *Behaves*: how far its statistics are from
+the reference's, in its own scatter (RMS); up to {behaves.WITHIN:g} is allowed. *Rests*: the
+speed that is left in calm air; up to {rests.SLOW:g} mm/s is at rest. Nothing is recommended that
+does not behave and rest. {references.in_short(store)}"""
 
 
-def summarised(rows):
-    """
-    Return the numbers of every combination.
-
-    Errors are those of the windows that every study has, so that they do not depend on its
-    length; more turns take more times.
-    """
-    return sweep.summarised(rows, sweep.FIRST)
-
-
-def points(rows, column='rms_px'):
-    """Return {name: (cost [ms], column)} of what did not diverge."""
-    return {name: (one['cost_ms'][1], one[column]) for name, one in summarised(rows).items()
-            if one['cost_ms'] and math.isfinite(one['rms_px'])}
-
-
-def best(rows, column='rms_px'):
-    """
-    Return the names on the frontier of cost and a column, by their cost.
-
-    PSNR counts as the root mean square of the colours' errors that it stands for. Error in pixels
-    of another picture would be in other pixels: only motions are compared by it.
-    """
-    at = points(rows, column)
-    if column == 'psnr_db':
-        at = {name: (cost, 10.0**(-value / 20.0)) for name, (cost, value) in at.items()}
-    else:
-        at = {name: point for name, point in at.items() if ',' not in name}
-    return [list(at)[index] for index in summary.frontier(
-        list(at.values()), summary.resolution(rows))]
-
-
-def text(rows: Rows) -> str:
-    """Return the frontier as a table."""
-    found = summarised(rows)
-    default = found[_default()]
-    columns = ('rms_px', 'worst_px', 'psnr_db')
-
-    def frontier(column):
-        return table(
-            ['settings', 'ms a frame', 'quartiles', *(MEASURES[name].title for name in columns),
-             ''],
-            [[name, *median_and_quartiles(found[name]['cost_ms']),
-              *(found[name][one] for one in columns), sweep.rank(found[name], rows)]
-             for name in best(rows, column)])
-    return f"""## The frontier
-
-{len(found)} combinations of grid (its columns), method and picture; the cost is that of
-physics and drawing of one frame, one after the other, without messages. On the frontier are those
-that no other beats in both cost and error after {1e3 * WINDOW:.0f} ms, and that lower the error
-by a tenth or more. Costs less than {100 * summary.resolution(rows):.1f} % apart count as one: so
-much do the medians of two equal settings differ in 1 of 20 pairs, by the scatter of this run's
-own times. {sweep.noise(rows)}
-
-**The defaults ({_default()}): {default['cost_ms'][1]:.2g} ms a frame
-({default['cost_ms'][0]:.2g} to {default['cost_ms'][2]:.2g}), {default['rms_px']:.2g} px (RMS after
-{1e3 * WINDOW:.0f} ms, in the first {sweep.FIRST} windows of the gusty shot), PSNR
-{default['psnr_db']:.3g} dB.**
-
-{frontier('rms_px')}
-
-'softened' is symplectic with `substeps_limit` at half the steps that it asks for or less, which
-lowers the stiffness to a quarter or less.
-
-The same for the picture as a whole (PSNR against the reference's picture), other pictures
-included:
-
-{frontier('psnr_db')}
-"""
-
-
-def plots(rows: Rows, folder: Path) -> Iterator[tuple[str, str]]:
-    """Draw all combinations and the frontier, for pixels and for the picture."""
-    with drawing.figure(folder / 'frontier.png', columns=2, size=(7.0, 5.7)) as (figure, axes):
-        for axis, column, title, label in (
-                (axes[0], 'rms_px', 'error of the vertices: lower left is better',
-                 f'RMS error after {1e3 * WINDOW:.0f} ms [px]'),
-                (axes[1], 'psnr_db', 'likeness of the picture: upper left is better',
-                 'PSNR of the picture [dB]')):
-            at = points(rows, column)
-            for method in (*methods(), *(f'symplectic, {name}' for name in PICTURES)):
-                some = [point for name, point in at.items() if name.split(' ', 1)[1] == method]
-                if some and (axis is axes[1] or ',' not in method):
-                    axis.plot(*zip(*some), label=method, **_style(method))
-            axis.plot(*zip(*(at[name] for name in best(rows, column))), color=HIGHLIGHT, lw=9,
-                      zorder=0, label='frontier')
-            axis.plot(*at[_default()], 'o', ms=13, mfc='none', mec='black', mew=1.5, ls='none',
-                      label='the defaults')
-            axis.set(xscale='log', xlabel='time of a frame, physics and drawing [ms]',
-                     ylabel=label, title=title)
-        axes[0].set_yscale('log')
-        own = sweep.own_error(rows)
-        axes[0].axhline(own, color='0.6', ls=':')
-        axes[0].text(axes[0].get_xlim()[0], own, " the reference's own error", va='bottom')
-        figure.legend(*axes[1].get_legend_handles_labels(), loc='outside lower center', ncols=5,
-                      frameon=False)
-        drawing.decimal_ticks(*axes)
+def plots(store: Store) -> Iterator[tuple[str, str]]:
+    """Draw cost against each measure: methods for use above, the others below."""
+    rows = summary.complete(store.rows(follows.NAME), 'setting')
+    known = {row['setting']: row for row in store.rows(sound.NAME)}
+    cost, error = follows.costs(rows), follows.errors(rows)
+    seconds = horizons.HORIZONS[2]
+    panels = (
+        ('follows', f'error after {seconds:g} s [px]', error, None),
+        ('behaves', "statistics' distance [own scatter]",
+         {name: row['behaves'] for name, row in known.items()}, behaves.WITHIN),
+        ('rests', 'speed in calm air [mm/s]',
+         {name: max(row['rests'], SLOWEST_MS) for name, row in known.items()}, rests.SLOW))
+    panels = [panel for panel in panels if len(panel[2]) > 1]
+    with drawing.figure(store.folder / 'frontier.png', len(panels), 2, (4.6, 3.6), sharex=True,
+                        sharey='col', squeeze=False) as (_, grid):
+        for axes_of_row, others in zip(grid, (False, True)):
+            for axes, (name, label, values, limit) in zip(axes_of_row, panels):
+                for number, method in enumerate(follows.methods(others)):
+                    _line(axes, method, drawing.LINES[number], cost, values, known)
+                axes.set(xscale='log', yscale='log', ylabel=label, title=name)
+                # Of methods that were not run for long there is nothing to see.
+                axes.set_visible(any(len(line.get_xdata()) for line in axes.lines))
+                axes.plot(cost[follows.DEFAULT], values.get(follows.DEFAULT, float('nan')), 's',
+                          ms=15, mfc='none', mec='0.4')
+                if limit:
+                    axes.axhline(limit, color='0.6', lw=1)
+            last = [axes for axes in axes_of_row if axes.get_visible()][-1:]
+            for axes in last:
+                axes.legend(*axes_of_row[0].get_legend_handles_labels(), fontsize='small')
+        own = references.own_error(store, follows.RANKED)
+        if own:
+            for axes in grid[:, 0]:
+                axes.axhline(own, color='0.6', ls=':')
+        for column in grid.T:
+            for axes in [axes for axes in column if axes.get_visible()][-1:]:
+                axes.set_xlabel('processor time of a frame [ms]')
+                axes.tick_params(labelbottom=True)
+        drawing.decimal_ticks(*grid.flat)
     yield 'frontier.png', (
-        'The whole pipeline: cost of a frame against what is wrong in it, in pixels (left, less '
-        'is better) and as a picture (right, more is better). Along each line the grid grows from '
-        f'{COLUMNS[0]} to {COLUMNS[-1]} columns; the circle is the defaults. A point that is '
-        'missing diverged; other pictures are on the right only.')
+        'Cost against each measure: lower left is better. Along a line the grid grows. Above: '
+        'methods for use; below: the others. Hollow: does not behave or does not rest, or was not '
+        'run for long; do not take it. Grey lines: what is allowed; dotted: the own error of the '
+        'reference. The square is the defaults.')
 
 
-def _default():
-    """Return the name of the combination that is the defaults."""
-    return f'{trials.BASE["grid.columns"]} {trials.BASE["solver"]}'
-
-
-def _style(method):
-    """Return the solver's style, varied by what else the method is."""
-    solver, _, rest = method.replace(',', ' ').partition(' ')
-    style = drawing.solver_style(solver)
-    if 'steps' in rest:
-        style['alpha'] = {'5': 0.4, '20': 0.7}.get(rest.split()[0], 1.0)
-    if 'float32' in rest:
-        style.update(ls='-.', mfc='none')
-    if ',' in method:
-        style.update(alpha=0.6, ls=':', marker='x' if 'samples' in rest else '+', ms=7)
-    return style
+def _line(axes, method, style, cost, values, known):
+    """Draw a method's settings by their grids; full where they are sound."""
+    names = [name for name in cost if name.partition(' ')[2] == method]
+    finite = [name for name in names if 0.0 < values.get(name, 0.0) < float('inf')
+              and cost[name] < float('inf')]
+    if not finite:
+        return
+    axes.plot([cost[name] for name in finite], [values[name] for name in finite],
+              label=method, mfc='none', **style)
+    good = [name for name in finite if name in known and sound.is_sound(known[name])]
+    axes.plot([cost[name] for name in good], [values[name] for name in good],
+              **{**style, 'ls': 'none'})

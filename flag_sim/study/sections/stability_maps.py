@@ -15,14 +15,12 @@
 """
 Maps of where each method breaks, and of what a user gets there.
 
-A map is a field of trials, from the smallest to the largest value that the parameters take. It is
-measured line by line, first coarse for every method, then finer, each time anew.
+A map is a field of trials over the values that people set. It is measured line by line, first
+coarse for every method, then finer, each time anew.
 """
 import collections
 from collections.abc import Callable, Iterator
 import itertools
-import math
-from pathlib import Path
 import time
 from typing import NamedTuple
 
@@ -32,55 +30,30 @@ from flag_sim.cloth.material import VACUUM
 from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.study import stability_plots
 from flag_sim.study.measures import stability_trial as trial, summary
-from flag_sim.study.measures.settings import MAX_GAP, RANGES, WIND_DEFAULTS
-from flag_sim.study.measures.summary import Rows
+from flag_sim.study.measures.settings import MAX_GAP, WIND_DEFAULTS
 from flag_sim.study.report import table
 from flag_sim.study.runner import Batch
 from flag_sim.study.store import Store
 
-PLACE, NAME, SHARE = 7, 'stability', 1.0
+PLACE, NAME, SHARE = 5, 'stability', 1.0
 
-LEVELS = 4  # of refinement; a level has FIRST * 2^level + 1 values along each axis, and zero
+LEVELS = 4  # of refinement; a level has FIRST * 2^level + 1 values along each axis
 FIRST = 6
 WIND = WIND_DEFAULTS['speed']  # of the maps without an axis for it [m/s]
-STEP_IN_WIND = 1e-3  # of the map of wind against stiffness for the method alone [s]
-FRAME = 1.0 / WIND_DEFAULTS['rate']  # of the same map through Cloth [s]
-
-DEFAULT = (Material.stiffness, Material.area_density)
-SOFTEST = (1e-3, RANGES['area_density'][1])
-STIFFEST = (RANGES['stiffness'][1], RANGES['area_density'][0])
-"""(stiffness [N/m], area density [kg/m2]): by default, and as far as they go from there."""
+FRAME = 1.0 / WIND_DEFAULTS['rate']  # of the map of wind [s]
 
 
 class Axis(NamedTuple):
-    """An axis of a map: its label with unit, its range, and whether zero is on it too."""
+    """An axis of a map: its label with unit, and its range."""
 
     label: str
     low: float
     high: float
-    has_zero: bool = False
 
     def values(self, level: int) -> list[float]:
-        """Return the axis' values at a level, evenly spaced by their logarithm; zero first."""
+        """Return the axis' values at a level, evenly spaced by their logarithm."""
         count = FIRST * 2**level
-        ratio = self.high / self.low
-        values = [self.low * ratio**(i / count) for i in range(count + 1)]
-        return [0.0] * self.has_zero + values
-
-
-def light_and_stiff(ratio: float) -> Material:
-    """
-    Return a Material of stiffness over area density [m2/s2].
-
-    Both change, evenly by their logarithms, from the default to the softest and heaviest, or to
-    the stiffest and lightest that the parameters allow.
-    """
-    if ratio == 0.0:
-        return trial.sheet(0.0)
-    default = DEFAULT[0] / DEFAULT[1]
-    end = STIFFEST if ratio >= default else SOFTEST
-    part = math.log(ratio / default) / math.log(end[0] / end[1] / default)
-    return trial.sheet(*(begin * (to / begin)**part for begin, to in zip(DEFAULT, end)))
+        return [self.low * (self.high / self.low)**(i / count) for i in range(count + 1)]
 
 
 class Map(NamedTuple):
@@ -114,45 +87,31 @@ class Map(NamedTuple):
         return granted * largest / dt
 
 
-RATIO = Axis('stiffness / area density [m²/s²]', SOFTEST[0] / SOFTEST[1],
-             STIFFEST[0] / STIFFEST[1], True)
-STIFFNESS = Axis('stiffness [N/m]', 1e-3, RANGES['stiffness'][1], True)
-DAMPING = Axis('damping ratio [-]', 1e-3, RANGES['damping'][1], True)
-SPEED = Axis('wind [m/s]', 0.1, RANGES['speed'][1], True)
-STEP = Axis('step [s]', 1e-9, 100.0)
-FRAME_TIME = Axis('frame time [s]', *(1.0 / rate for rate in reversed(RANGES['rate'])))
+STIFFNESS = Axis('stiffness [N/m]', 1e2, 1e5)
+"""What people set: a limp sheet of rubber, and canvas."""
+DAMPING = Axis('damping ratio [-]', 0.01, 10.0)
+SPEED = Axis('wind [m/s]', 1.0, 50.0)
+STEP = Axis('step [s]', 1e-5, 1e-1)
+FRAME_TIME = Axis('frame time [s]', 1e-3, 1.0)
 
 
 MAPS = (
-    Map('steps', 'each method alone, in steps of a fixed length', True, RATIO, STEP,
-        lambda x, y: (light_and_stiff(x), WIND, y),
-        'Below the line symplectic, verlet and rk4 never diverge, and above it they soon do, '
-        'over 24 powers of ten; implicit never does. Seed breaks below its line, where '
-        'cloth is soft or light, because its drag is explicit.'),
-    Map('frames', 'what a user gets: frames divided into steps',
-        False, RATIO, FRAME_TIME, lambda x, y: (light_and_stiff(x), WIND, y),
-        'Above the line the cloth is softened (blue) and stays bounded; cloth too soft to carry '
-        'itself hangs at stretch_limit (yellow). Only euler and seed lose frames (orange). The '
-        'physics node takes no frame above the dotted line by default.'),
-    Map('damping-steps', 'each method alone, damped', True, DAMPING, STEP,
-        lambda x, y: (trial.sheet(*DEFAULT, damping=x), WIND, y),
-        'From a damping ratio of about 0.1 the dashpots, not the springs, set the step, and the '
-        'measured border bends down with the line. Seed hardly bends: its dashpots are too weak '
-        'by the factor of the step.'),
-    Map('damping-frames', 'what a user gets of damped cloth',
-        False, DAMPING, FRAME_TIME, lambda x, y: (trial.sheet(*DEFAULT, damping=x), WIND, y),
-        'Overdamped cloth keeps its stiffness as long as giving up damping is enough, and stays '
-        'bounded up to the largest ratio that is taken. Xpbd, always stable, may stretch to '
-        'stretch_limit instead. Euler needs damping: without it, it has no stable step.'),
-    Map('wind-steps', f'each method alone, in steps of {1e3 * STEP_IN_WIND:g} ms',
-        True, STIFFNESS, SPEED, lambda x, y: (trial.sheet(x), y, STEP_IN_WIND),
-        'Wind moves no border of symplectic, verlet, rk4, xpbd and implicit, whose drag is '
-        'implicit: in 200 m/s it is where it is in still air. Seed, whose drag is explicit, '
-        'diverges in strong wind however soft the cloth.'),
+    Map('steps', 'each method alone, in steps of a fixed length', True, STIFFNESS, STEP,
+        lambda x, y: (trial.sheet(x), WIND, y),
+        'Below the line symplectic, verlet and rk4 never diverge, and above it they soon do; '
+        'implicit never does.'),
+    Map('frames', 'what a user gets: frames divided into steps', False, STIFFNESS, FRAME_TIME,
+        lambda x, y: (trial.sheet(x), WIND, y),
+        'Above the line the cloth is softened (blue) and stays bounded. Only euler and seed may '
+        'lose frames. The physics node takes no frame above the dotted line by default.'),
+    Map('damping-frames', 'what a user gets of damped cloth', False, DAMPING, FRAME_TIME,
+        lambda x, y: (trial.sheet(Material.stiffness, damping=x), WIND, y),
+        'From a damping ratio of about 0.1 the dashpots, not the springs, set the step. '
+        'Overdamped cloth keeps its stiffness as long as giving up damping is enough.'),
     Map('wind-frames', 'what a user gets in frames of 1/30 s', False, STIFFNESS, SPEED,
         lambda x, y: (trial.sheet(x), y, FRAME),
-        'In frames of 1/30 s every stiffness is bounded in every wind; soft cloth hangs at '
-        'stretch_limit, stiff cloth beyond the line is softened. Only seed loses frames.'),
+        'In frames of 1/30 s every stiffness is bounded in every wind; soft cloth may hang at '
+        'stretch_limit.'),
 )
 BY_NAME = {one.name: one for one in MAPS}
 
@@ -187,17 +146,18 @@ def finest(rows):
     return found
 
 
-def plots(rows: Rows, folder: Path) -> Iterator[tuple[str, str]]:
+def plots(store: Store) -> Iterator[tuple[str, str]]:
     """Draw each map, one panel a method."""
-    for name, panels in finest(rows).items():
+    for name, panels in finest(store.rows(NAME)).items():
         chart = BY_NAME[name]
-        stability_plots.draw(folder / f'stability-{name}.png', chart, panels,
+        stability_plots.draw(store.folder / f'stability-{name}.png', chart, panels,
                              MAX_GAP if chart.y is FRAME_TIME else None)
         yield f'stability-{name}.png', chart.what_to_see
 
 
-def text(rows: Rows) -> str:
+def text(store: Store) -> str:
     """Return the text on the maps, with the count of what became of the trials."""
+    rows = store.rows(NAME)
     broken = {trial.REFUSED.letter, trial.DIVERGING.letter}
     lines = []
     for name, panels in finest(rows).items():
@@ -210,6 +170,8 @@ def text(rows: Rows) -> str:
             lines.append([name, solver, len(cells),
                           *(counts[outcome.letter] for outcome in trial.OUTCOMES),
                           f'{sum(one in broken for one in within)} of {len(within)}'])
+    if not lines:
+        return ''
     return TEXT + '\n\n' + table(['map', 'method', 'trials', *(
         outcome.name for outcome in trial.OUTCOMES), 'broken below the bound'], lines)
 
@@ -217,20 +179,15 @@ def text(rows: Rows) -> str:
 TEXT = f"""## Where each method breaks
 
 A flag of {trial.COLUMNS} x {trial.ROWS} nodes is laid flat with a noise of
-{trial.NOISE:g} cells, in a wind of {WIND:g} m/s where the map has no axis for it. Axes go to
-the ends of the parameters' ranges. Along "stiffness / area density" both change, from the default
-to the softest and heaviest cloth and to the stiffest and lightest; shear and bending go with
-stiffness.
+{trial.NOISE:g} cells, in a wind of {WIND:g} m/s where the map has no axis for it. Axes have what
+people set; shear and bending go with stiffness.
 
 "Steps": the method alone takes {trial.STEPS} steps of a fixed length. It diverges where a node
 is not finite or {trial.ESCAPE_FACTOR:g} times farther away than wind and free fall can carry it.
-What diverges grows exponentially, so that another threshold hardly moves a border; growth as slow
-as euler's undamped waves needs more steps to be seen.
-
 "Frames": what a user gets of {trial.FRAMES} frames or more, until they have {trial.STEPS}
 steps, with at most {Stepping().substeps_limit} steps a frame. Nothing diverges there: a frame
-that did is refused (Diverged), and the cloth stays where it was. The physics node adds max_gap:
-by default it simulates no frame longer than {MAX_GAP:g} s (dotted line).
+that did is refused (Diverged), and the cloth stays where it was. The physics node simulates no
+frame longer than max_gap, {MAX_GAP:g} s by default (dotted line).
 
 The line is the bound that the planner uses: below it theory promises stability (for frames: with
 {Stepping().substeps_limit} steps at a step_safety of {Stepping().step_safety:g}, so that nothing

@@ -1,0 +1,154 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Every method on every grid: what a frame costs, and how long it follows the reference."""
+from collections.abc import Iterator
+import functools
+import math
+from pathlib import Path
+
+from flag_sim.cloth.solvers import SOLVERS
+from flag_sim.declarations.factories import cloth_of, look_of
+from flag_sim.study.measures import follows, summary
+from flag_sim.study.measures.judge import Judge, OTHER_GUSTS
+from flag_sim.study.measures.reference import on_grid
+from flag_sim.study.measures.settings import changed, defaults, Settings
+from flag_sim.study.report import table
+from flag_sim.study.runner import Batch
+from flag_sim.study.store import Store
+
+PLACE, NAME, SHARE = 2, 'follows', 2.0
+BASE = defaults(gust__intensity=0.3)
+"""The defaults, in gusty wind: in a steady one all windows would be much alike."""
+DEFAULT = f'{BASE["grid.columns"]} {BASE["solver"]}'
+"""Name of the defaults among the settings."""
+COLUMNS = (13, 16, 25, 31, 49, 61)
+FEWER = 31  # columns up to which the methods are tried that are not for use
+SOFTENED = 0.3  # of the steps that are asked for
+TURNS = 6
+REQUIRED = 4  # turns that even the shortest study takes
+GUSTS = (0, OTHER_GUSTS)  # added to gust.seed, turn by turn
+SIDE = {'camera.azimuth': -0.4}  # of the second camera, which looks at the flag's end
+RANKED = f'px_{follows.HORIZONS[2]:.2g}'
+"""Column of the error that settings are ranked by."""
+
+
+def methods(others: bool = False) -> dict[str, Settings]:
+    """Return {name: changes}: of methods for use, or of the others."""
+    counted = {f'{name} 10': {'solver': name, 'substeps': 10, 'substeps_limit': 10}
+               for name in ('implicit', 'xpbd')}
+    used = {'symplectic': {}, 'symplectic float32': {'precision': 'float32'},
+            'verlet': {'solver': 'verlet'}, **counted}
+    if not others:
+        return used
+    left = [name for name in SOLVERS if name not in [one.partition(' ')[0] for one in used]]
+    return {'softened': None, **{name: {'solver': name} for name in left}}
+
+
+def settings() -> dict[str, Settings]:
+    """Return {name: settings} of all methods and grids, each name beginning with the columns."""
+    found = {}
+    for columns in COLUMNS:
+        rows = (columns - 1) * (BASE['grid.rows'] - 1) // (BASE['grid.columns'] - 1) + 1
+        for name, changes in {**methods(), **(
+                methods(True) if columns <= FEWER else {})}.items():
+            own = on_grid(BASE, rows, columns, **(changes or {}))
+            if changes is None:
+                asked = cloth_of(own).advance(1.0 / BASE['rate']).demanded
+                own = changed(own, {'substeps_limit': max(1, round(SOFTENED * asked))})
+            found[f'{columns} {name}'] = own
+    return found
+
+
+@functools.lru_cache(maxsize=1)
+def judge(folder: Path) -> Judge:
+    """Return the Judge of a study in a folder, on BASE."""
+    return Judge(BASE, folder, others={'side_': look_of(changed(BASE, SIDE)).camera})
+
+
+def batches(store: Store) -> Iterator[Batch]:
+    """Run all settings through window after window, so that what disturbs hits all alike."""
+    one, own = judge(store.folder), settings()
+    drawing = functools.cache(lambda name: one.drawing_ms(own[name]))
+
+    def measured(setting, turn, gusts):
+        return {**one.follow(own[setting], turn // len(GUSTS), gusts),
+                'drawing_ms': drawing(setting)}
+
+    for turn in range(TURNS):
+        yield Batch(f'{len(own)} settings, turn {turn + 1} of {TURNS}', [
+            {'setting': name, 'turn': turn, 'gusts': GUSTS[turn % len(GUSTS)]} for name in own],
+            measured, turn < REQUIRED)
+
+
+def errors(rows: summary.Rows, column: str = RANKED) -> dict[str, float]:
+    """Return {setting: RMS error [px]} in a column, inf where one diverged."""
+    return {name: summary.total(some, column)
+            for name, some in summary.grouped(rows, 'setting').items()}
+
+
+def costs(rows: summary.Rows) -> dict[str, float]:
+    """Return {setting: median processor time of a frame [ms]}, inf where all diverged."""
+    found = {name: summary.quartiles(some, *summary.COST)
+             for name, some in summary.grouped(summary.leveled(rows), 'setting').items()}
+    return {name: one[1] if one else math.inf for name, one in found.items()}
+
+
+def best(rows: summary.Rows, allowed: set[str] | None = None) -> list[str]:
+    """Return the settings of the frontier of cost and RANKED, by cost; only of those allowed."""
+    cost, error = costs(rows), errors(rows)
+    names = [name for name in error if math.isfinite(error[name])
+             and (allowed is None or name in allowed)]
+    return [names[i] for i in summary.frontier(
+        [(cost[name], error[name]) for name in names], summary.resolution(rows))]
+
+
+def order(rows: summary.Rows) -> dict[str, float | None]:
+    """Return Kendall's tau of the frontier's errors between two seeds, and two cameras."""
+    names = best(rows)
+    some = [errors([row for row in rows if row['gusts'] == gusts]) for gusts in GUSTS]
+    seen = [errors(rows, column) for column in (RANKED, f'side_{RANKED}')]
+    return {what: summary.kendall(*([one[name] for name in names] for one in pair))
+            for what, pair in (('two seeds of the gusts', some), ('two cameras', seen))
+            if all(set(names) <= set(one) for one in pair)}
+
+
+def text(store: Store) -> str:
+    """Return the errors of the frontier at each horizon, and of the defaults."""
+    rows = store.rows(NAME)
+    if not rows:
+        return ''
+    rows = summary.complete(rows, 'setting')
+    cost, names = costs(rows), best(rows)
+    columns = judge(store.folder).columns
+    by_column = {column: errors(rows, column) for column in columns}
+    lines = [[name, cost[name], *(by_column[column][name] for column in columns)]
+             for name in sorted({*names, DEFAULT}, key=cost.get)]
+    agreement = '; '.join(f'{"not known" if tau is None else f"{tau:.2f}"} between {what}'
+                          for what, tau in order(rows).items())
+    titles = [f'px after {seconds:.2g} s' for seconds in judge(store.folder).horizons]
+    return f"""## Follows: how far off, and for how long
+
+RMS error of the vertices in pixels of the camera, a while after the flag and the reference were in
+the same state; over {len(summary.grouped(rows, 'turn'))} moments of two gusty shots. **It applies
+to what must be right frame by frame, for as long as that is possible at all.** The frontier: no
+other of {len(by_column[RANKED])} settings (columns of the grid, method) is both cheaper and nearer
+after {follows.HORIZONS[2]:g} s.
+
+{table(['setting', 'ms a frame', *titles], lines)}
+
+A method's number is that of its steps in a frame; 'softened' is symplectic with `substeps_limit`
+at {100 * SOFTENED:g} % of the steps that it asks for. Costs less than
+{100.0 * summary.resolution(rows):.2g} % apart count as one, as times scatter.
+Order of the frontier's errors (Kendall's tau; 1 is the same order): {agreement}."""
