@@ -24,7 +24,7 @@ from flag_sim.protocol.cdr import serialized_stamp
 from flag_sim.protocol.recording import Placement, Recording
 from flag_sim.protocol.stamp_buffer import StampBuffer
 from flag_sim.protocol.throttled_log import Entry
-from flag_sim.ros import frame_message, messages
+from flag_sim.ros import frame_message, serialized
 from flag_sim.ros.bag import Bag
 from flag_sim.ros.lifecycle import run
 from flag_sim.ros.node_log import NodeLog
@@ -71,6 +71,7 @@ class Recorder(ParameterNode):
         self._last_asked = 0.0  # steady time at which a frame was last requested again [s]
         self._log = NodeLog(self)
         self._frame_done_out = publish(self, 'frame_done')
+        self._done = serialized.header(self.get_name())
         for name in self._topics:
             self._record(name)
         if 'parameters' not in self._topics:
@@ -201,7 +202,7 @@ class Recorder(ParameterNode):
 
     def _say_done(self, stamp):
         with self._stopwatch.measure('publish'):
-            self._frame_done_out.publish(messages.header(stamp, self.get_name()))
+            self._frame_done_out.publish(self._done.at(stamp))
 
     def _end_if_full(self):
         if self._recording.has_all_frames and self._end_timer is None:

@@ -23,7 +23,7 @@ from flag_sim.declarations.scene import check_scene
 from flag_sim.drawing import Picture
 from flag_sim.protocol.frames import FrameId
 from flag_sim.protocol.stamp_buffer import StampBuffer
-from flag_sim.ros import messages
+from flag_sim.ros import messages, serialized
 from flag_sim.ros.compiling import compiling
 from flag_sim.ros.frame_node import FrameNode
 from flag_sim.ros.lifecycle import run
@@ -46,7 +46,7 @@ A publisher that was killed remains visible for less than that.
 
 
 class Drawing:
-    """What a frame is drawn from, and the messages made of it so far."""
+    """What a frame is drawn from, and the messages made of it so far, serialised."""
 
     def __init__(self, cloud: tuple[np.ndarray, np.ndarray | None], look: Look):
         self.cloud = cloud
@@ -70,6 +70,7 @@ class Renderer(FrameNode):
         self._camera_out = {name: publish(self, f'camera/{name}')
                             for name in ('image_raw', 'camera_info', 'depth/image_raw')}
         self._frame_done_out = publish(self, 'frame_done')
+        self._done = serialized.header(self.get_name())
         self._start = time.monotonic()
         subscribe(self, 'vertices', self._on_vertices)
         self._grace = self.create_timer(WIND_DISCOVERY_TIME, self._end_grace)
@@ -193,16 +194,17 @@ class Renderer(FrameNode):
         """
         listened = self._listened()
         if 'camera_info' in listened and 'camera_info' not in drawing.messages:
-            drawing.messages['camera_info'] = messages.camera_info_message(
-                stamp, drawing.look.camera)
+            drawing.messages['camera_info'] = serialized.camera_info(drawing.look.camera).at(stamp)
         with_depth = 'depth/image_raw' in listened
         if not drawing.is_drawn and (with_depth or 'image_raw' in listened):
             drawing.is_drawn = True
             channels = ['depth'] if with_depth else []
             frame = self._picture.draw(*drawing.cloud, *drawing.look, channels)
-            drawing.messages['image_raw'] = messages.image_message(stamp, frame.colour)
+            size = frame.colour.shape[:2]
+            drawing.messages['image_raw'] = serialized.image(*size).at(stamp, frame.colour)
             if with_depth:
-                drawing.messages['depth/image_raw'] = messages.depth_message(stamp, frame.depth)
+                drawing.messages['depth/image_raw'] = serialized.depth(*size).at(
+                    stamp, frame.depth)
 
     def answer(self, stamp: int, answer: Drawing) -> None:
         """Publish the picture and, if all of it has left, say that the frame is done."""
@@ -211,7 +213,7 @@ class Renderer(FrameNode):
             have_left = [self._camera_out[name].publish(answer.messages[name])
                          for name in self._listened() if name in answer.messages]
             if all(have_left):  # else the wind asks again in lockstep
-                self._frame_done_out.publish(messages.header(stamp, self.get_name()))
+                self._frame_done_out.publish(self._done.at(stamp))
 
     def status(self) -> tuple[bytes, str, dict]:
         """Return the level, a message and the size of the pictures."""

@@ -17,6 +17,8 @@ from flag_sim.nodes.physics import Physics
 from flag_sim.protocol.frames import FrameId
 from flag_sim.ros import messages
 from rclpy.parameter import Parameter
+from rclpy.serialization import deserialize_message
+from sensor_msgs.msg import PointCloud2
 from support.frames import parameters_message
 from support.nodes import hear
 
@@ -36,7 +38,7 @@ class Bench:
         publish = self.node.answer
 
         def answer(stamp, cloud):
-            self.clouds.append(cloud)
+            self.clouds.append(deserialize_message(cloud, PointCloud2))
             publish(stamp, cloud)
         self.node.answer = answer
         self._index = 0
