@@ -23,7 +23,8 @@ from flag_sim.declarations.scene import check_scene
 from flag_sim.drawing import Picture
 from flag_sim.protocol.frames import FrameId
 from flag_sim.protocol.stamp_buffer import StampBuffer
-from flag_sim.ros import messages, serialized
+from flag_sim.ros import serialized
+from flag_sim.ros.cloud_reader import CloudReader
 from flag_sim.ros.compiling import compiling
 from flag_sim.ros.frame_node import FrameNode
 from flag_sim.ros.lifecycle import run
@@ -72,7 +73,8 @@ class Renderer(FrameNode):
         self._frame_done_out = publish(self, 'frame_done')
         self._done = serialized.header(self.get_name())
         self._start = time.monotonic()
-        subscribe(self, 'vertices', self._on_vertices)
+        self._reader = CloudReader()
+        subscribe(self, 'vertices', self._on_vertices, raw=True)
         self._grace = self.create_timer(WIND_DISCOVERY_TIME, self._end_grace)
         self._publishers_timer = self.create_timer(POLL_PERIOD, self._look_for_publishers)
         self._had_several = False  # publishers of vertices, at the last look
@@ -106,10 +108,9 @@ class Renderer(FrameNode):
         """Return whether the frame's vertices have come."""
         return frame.stamp in self._clouds
 
-    def _on_vertices(self, message, info):
+    def _on_vertices(self, data, info):
         try:
-            stamp = messages.checked_stamp(message.header.stamp)
-            cloud = messages.read_cloud(message)
+            stamp, cloud = self._reader.read(data)
         except ValueError as error:
             self.refuse('vertices', error)
             return

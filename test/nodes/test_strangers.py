@@ -149,7 +149,7 @@ def test_strangers_that_say_done_hide_nobody_who_is_late(domain, tmp_path):
             assert not delivery.done(0, consumer, begin + 1.0)
             assert not delivery.done(123, consumer, begin + 1.0)
         assert delivery.late(begin + 1.1, 0.5) == ['renderer']
-        node._delivery._on_frame_done(Header(frame_id='renderer'))
+        hear(node, 'frame_done', Header(frame_id='renderer'))
         assert delivery.answered
 
 
@@ -250,11 +250,11 @@ def test_a_frame_whose_image_has_not_left_is_not_done_until_it_is_asked_for_agai
         flat = np.zeros((2, 2, 3))
         cloud = messages.cloud_message(0, flat, flat)
         frame = parameters_message('/wind', FrameId(0, 1, 0, 0), np.zeros(3), {})
-        node._on_parameters(frame, SENDERS[0])
-        node._on_vertices(cloud, SENDERS[0])
+        hear(node, 'parameters', frame, SENDERS[0])
+        hear(node, 'vertices', cloud, SENDERS[0])
         assert not done.sent and not images.sent
         images.is_lossy = False
-        node._on_parameters(frame, SENDERS[0])
+        hear(node, 'parameters', frame, SENDERS[0])
         assert len(done.sent) == len(images.sent) == 1
 
 
