@@ -13,11 +13,12 @@
 # limitations under the License.
 
 """Vertices from the bytes of their messages."""
+from flag_sim.protocol.cdr import serialized_stamp
 from flag_sim.ros import messages
 from flag_sim.ros.messages import CLOUD_FIELDS
-from flag_sim.ros.serialized import LENGTH, STAMP, TIME
+from flag_sim.ros.serialized import LENGTH, STAMP
 import numpy as np
-from rclpy.serialization import deserialize_message, serialize_message
+from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import PointCloud2, PointField
 
 AS_OURS = [(name, 4 * i, PointField.FLOAT32, 1) for i, name in enumerate(CLOUD_FIELDS)]
@@ -33,7 +34,8 @@ class CloudReader:
 
     def __init__(self):
         self._shape = None  # rows and columns, where the layout is known
-        self._around = b'', b'', b''  # the bytes before the stamp, before the points, behind them
+        self._before = self._between = b''  # the bytes before the stamp, and before the points
+        self._length = 0  # of the message; DDS may have put some bytes behind it
 
     def read(self, data: bytes) -> tuple[int, tuple[np.ndarray, np.ndarray | None]]:
         """
@@ -41,20 +43,17 @@ class CloudReader:
 
         Raises ValueError for bytes that are no cloud, or none that can be drawn.
         """
-        if self._shape is not None:
-            before, between, after = self._around
-            first, end = STAMP.stop + len(between), len(data) - len(after)
-            if (end - first == 24 * self._shape[0] * self._shape[1]
-                    and data.startswith(before) and data.startswith(between, STAMP.stop)
-                    and data.endswith(after)):
-                points = np.frombuffer(data, '<f4', (end - first) // 4, first).reshape(
-                    *self._shape, 6)
-                seconds, nanoseconds = TIME.unpack(data[STAMP])
-                stamp = seconds * 10**9 + nanoseconds
-                # What is refused is read once more, to say why.
-                if stamp <= messages.LATEST and np.isfinite(points).all():
-                    return stamp, (points[..., :3].astype(np.float64),
-                                   points[..., 3:].astype(np.float64))
+        if (self._shape is not None and len(data) == self._length
+                and data.startswith(self._before)
+                and data.startswith(self._between, STAMP.stop)):
+            rows, columns = self._shape
+            points = np.frombuffer(data, '<f4', rows * columns * 6,
+                                   STAMP.stop + len(self._between)).reshape(rows, columns, 6)
+            stamp = serialized_stamp(data)
+            # What is refused is read once more, to say why.
+            if stamp <= messages.LATEST and np.isfinite(points).all():
+                return stamp, (points[..., :3].astype(np.float64),
+                               points[..., 3:].astype(np.float64))
         try:
             message = deserialize_message(data, PointCloud2)
         except RuntimeError:  # of the middleware; it names a line in its source
@@ -67,12 +66,12 @@ class CloudReader:
         """Remember where the points of a message stand that has just been read."""
         self._shape = None
         points = message.data.tobytes()
-        first = len(data) - 1 - len(points)  # they are followed by is_dense alone
+        first = data.find(LENGTH.pack(len(points)) + points, STAMP.stop) + LENGTH.size
         fields = [(one.name, one.offset, one.datatype, one.count) for one in message.fields]
         if (fields == AS_OURS and not message.is_bigendian
                 and (message.point_step, message.row_step) == (24, 24 * message.width)
                 and len(points) == message.height * message.row_step
-                and data.startswith(LENGTH.pack(len(points)) + points, first - LENGTH.size)
-                and data[:STAMP.start] == serialize_message(message)[:STAMP.start]):
+                and first > STAMP.stop):
             self._shape = message.height, message.width
-            self._around = data[:STAMP.start], data[STAMP.stop:first], data[-1:]
+            self._before, self._between = data[:STAMP.start], data[STAMP.stop:first]
+            self._length = len(data)

@@ -64,9 +64,10 @@ def test_clouds_of_several_senders_are_read_alike():
         assert read_alike(reader, serialize_message(message))
 
 
-def test_points_are_found_without_reading_the_whole_message(monkeypatch):
-    """All but the first of a sender."""
-    data = bytearray(serialize_message(cloud(1)))
+@pytest.mark.parametrize('padding', [b'', b'\0x'])
+def test_points_are_found_without_reading_the_whole_message(monkeypatch, padding):
+    """All but the first of a sender, whatever DDS puts behind a message."""
+    data = bytearray(serialize_message(cloud(1)) + padding)
     reader = CloudReader()
     reader.read(bytes(data))
     monkeypatch.setattr(cloud_reader, 'deserialize_message', None)
