@@ -179,21 +179,20 @@ class Renderer(FrameNode):
         if values != self._values:
             self._values, self._look = values, look_of(values)
         drawing = Drawing(self._clouds.take(frame.stamp), self._look)
-        self._draw(frame.stamp, drawing)
+        self._draw(frame.stamp, drawing, self._listened())
         return drawing
 
     def _listened(self):
         return [name for name, publisher in self._camera_out.items()
                 if publisher.get_subscription_count()]
 
-    def _draw(self, stamp, drawing):
+    def _draw(self, stamp, drawing, listened):
         """
-        Make the messages that have subscribers and are not made yet.
+        Make the messages that are listened to and not made yet.
 
         A frame is drawn once: a subscriber to depth that comes after it was drawn without depth
         gets the next one.
         """
-        listened = self._listened()
         if 'camera_info' in listened and 'camera_info' not in drawing.messages:
             drawing.messages['camera_info'] = serialized.camera_info(drawing.look.camera).at(stamp)
         with_depth = 'depth/image_raw' in listened
@@ -209,10 +208,11 @@ class Renderer(FrameNode):
 
     def answer(self, stamp: int, answer: Drawing) -> None:
         """Publish the picture and, if all of it has left, say that the frame is done."""
-        self._draw(stamp, answer)  # for those who have begun to listen since the frame was served
+        listened = self._listened()
+        self._draw(stamp, answer, listened)  # for who has begun to listen since it was served
         with self._stopwatch.measure('publish'):
             have_left = [self._camera_out[name].publish(answer.messages[name])
-                         for name in self._listened() if name in answer.messages]
+                         for name in listened if name in answer.messages]
             if all(have_left):  # else the wind asks again in lockstep
                 self._frame_done_out.publish(self._done.at(stamp))
 

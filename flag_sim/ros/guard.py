@@ -22,6 +22,7 @@ from flag_sim.ros.intake import Intake, RequestIntake
 from flag_sim.ros.node_log import NodeLog
 from rclpy.node import Node
 from rclpy.publisher import Publisher
+from rclpy.subscription import Subscription
 
 
 def cause(error: Exception) -> str:
@@ -87,6 +88,21 @@ class GuardedNode(Node):
         service = super().create_service(srv_type, srv_name, intake, **options)
         intake.attach(service)
         return service
+
+    def destroy_publisher(self, publisher: Publisher) -> bool:
+        """Destroy a publisher as rclpy does, but not while the node is run."""
+        self._refuse_while_spun()
+        return super().destroy_publisher(publisher)
+
+    def destroy_subscription(self, subscription: Subscription) -> bool:
+        """Destroy a subscription as rclpy does, but not while the node is run."""
+        self._refuse_while_spun()
+        return super().destroy_subscription(subscription)
+
+    def _refuse_while_spun(self):
+        if self.defer is not None:  # https://github.com/ros2/rclpy/issues/1644
+            raise RuntimeError('what has event callbacks cannot be destroyed while an '
+                               'EventsExecutor runs the node: it would crash')
 
 
 class GuardedPublisher:

@@ -67,12 +67,15 @@ def _spin_single(node, until):
     executor.add_node(node)
     # A task of its own, so that it returns: an executor that is only woken waits on.
     until.add_done_callback(lambda _: executor.create_task(lambda: None))
-    while node.context.ok() and not until.done():
-        try:
-            executor.spin_once()
-        except Exception as error:
-            node.report(error)
-            _release(node)
+    try:
+        while node.context.ok() and not until.done():
+            try:
+                executor.spin_once()
+            except Exception as error:
+                node.report(error)
+                _release(node)
+    finally:  # now, for it cannot be done any more when the interpreter ends
+        executor.shutdown()
 
 
 def _release(node):

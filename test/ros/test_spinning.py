@@ -126,6 +126,24 @@ def test_what_came_with_a_fault_of_the_executor_itself_is_served(executor, node,
     assert said.count('a callback failed, the node goes on: RuntimeError') == 1
 
 
+def test_what_has_event_callbacks_is_not_destroyed_while_the_node_runs(node, capfd):
+    """The EventsExecutor would crash, now or later; before and afterwards it can be."""
+    if spinning.why_no_events():
+        pytest.skip(spinning.why_no_events())
+    kept = [node.create_publisher(Header, 'some', 8),
+            node.create_subscription(Header, 'some', lambda _: None, 8)]
+    destroy = [node.destroy_publisher, node.destroy_subscription]
+    timers = [node.create_timer(0.001, lambda one=one, end=end: tried.append(one) or end(one))
+              for one, end in zip(kept, destroy)]
+    tried = []
+    spin(node, lambda: all(one in tried for one in kept))
+    assert capfd.readouterr().err.count('cannot be destroyed while') == 1  # a cause is told once
+    assert kept[0] in node.publishers and kept[1] in node.subscriptions
+    for timer in timers:
+        node.destroy_timer(timer)
+    assert all(end(one) for one, end in zip(kept, destroy))
+
+
 def test_a_service_whose_callback_fails_answers(executor, node):
     """With what the response is by default, so that nobody waits forever."""
     def fail(request, response):
