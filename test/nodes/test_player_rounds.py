@@ -93,12 +93,10 @@ def test_a_looped_bag_gives_all_images_of_every_round(tmp_path, domain):
             {message.frame_id for message in done} == {'renderer', 'recorder'}), watcher)
         del images[1:]
         for frame in others + (ROUNDS - 1) * bag():
-            del done[:]
             player.publish(parameters(frame))
             if frame.index:  # the first of a round is drawn with the second
-                eventually(lambda: messages.to_stamp(images[-1].header.stamp) == frame.stamp and {
-                    one.frame_id for one in done if messages.to_stamp(one.stamp) == frame.stamp
-                    } == {'renderer', 'recorder'}, watcher)
+                eventually(lambda: messages.to_stamp(images[-1].header.stamp) == frame.stamp,
+                           watcher)
         # The first frame was sent until it was heard: its copies are no others.
         stamps = [stamp for stamp, _ in itertools.groupby(
             messages.to_stamp(image.header.stamp) for image in images)]
