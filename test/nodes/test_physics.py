@@ -19,6 +19,8 @@ from flag_sim.protocol.frames import FrameId
 import numpy as np
 import pytest
 import rclpy
+from rclpy.serialization import deserialize_message
+from sensor_msgs.msg import PointCloud2
 
 SMALL = {'grid.columns': 7, 'grid.rows': 5}
 
@@ -36,7 +38,8 @@ class Run:
         stamp = round(self._index * 1e9 / rate)
         values = {**self._node.values, **SMALL,
                   **{name.replace('__', '.'): value for name, value in parameters.items()}}
-        cloud = self._node.work(FrameId(stamp, 1, self._index, 0), wind, values)
+        cloud = deserialize_message(
+            self._node.work(FrameId(stamp, 1, self._index, 0), wind, values), PointCloud2)
         self._index += 1
         points = np.frombuffer(cloud.data, np.float32).reshape(cloud.height, cloud.width, -1)
         return points[..., :3].copy(), self._capfd.readouterr().err
