@@ -32,7 +32,7 @@ from flag_sim.drawing.polygon import new_polygon, Polygon
 from flag_sim.drawing.rasterizer import rasterize, RasterizerState, Target
 from flag_sim.drawing.triangle_setup import Batch, new_batch
 from flag_sim.drawing.visibility import new_primitives, NO_PRIMITIVE, Primitives, write_visibility
-from flag_sim.jit.kernels import kernel
+from flag_sim.jit.kernels import late_kernel
 from flag_sim.parallel.atomics import fetch_add
 
 import numpy as np
@@ -94,7 +94,7 @@ class RenderSettings(NamedTuple):
     height: int
 
 
-@kernel
+@late_kernel
 def draw_bands(taken, geometry, colours, order, settings, buffers, images):
     """
     Draw bands of an image as long as there are any.
@@ -125,7 +125,7 @@ def draw_bands(taken, geometry, colours, order, settings, buffers, images):
                        buffers, images)
 
 
-@kernel
+@late_kernel
 def _draw_band(geometry, colours, indices, settings, region, buffers, images):
     """Draw a band: a Region with a row more above and below if there are several samples."""
     colour, depth, primitive_ids = buffers.colour, buffers.depth, buffers.primitive_ids
@@ -148,7 +148,7 @@ def _draw_band(geometry, colours, indices, settings, region, buffers, images):
     write_rgb(colour, own, settings.width, images.rgb, images.rgb_words)
 
 
-@kernel
+@late_kernel
 def _draw_samples(geometry, colours, indices, settings, own, buffers):
     """Average the colours of tiles with edges in them over the samples of the pattern."""
     tiles, samples, stride = buffers.tiles, settings.pattern.shape[0], own.stride
@@ -170,7 +170,7 @@ def _draw_samples(geometry, colours, indices, settings, own, buffers):
     average(tiles, region, samples, colour)
 
 
-@kernel
+@late_kernel
 def clear(buffers, settings, region):
     """Clear a Region of the buffers."""
     colour, depth, primitive_ids = buffers.colour, buffers.depth, buffers.primitive_ids

@@ -32,7 +32,7 @@ from flag_sim.drawing.polygon import assemble_polygon
 from flag_sim.drawing.scanline import draw_large
 from flag_sim.drawing.triangle_setup import BATCH
 from flag_sim.drawing.visibility import Primitives
-from flag_sim.jit.kernels import kernel
+from flag_sim.jit.kernels import late_kernel
 
 import numpy as np
 
@@ -81,7 +81,7 @@ class Target(NamedTuple):
     stride: int
 
 
-@kernel
+@late_kernel
 def rasterize(geometry, colours, indices, state, target, batch, polygon):
     """
     Draw the triangles with `indices`, none of which may have an INVALID vertex.

@@ -23,12 +23,12 @@ from flag_sim.drawing.depth import is_nearer
 from flag_sim.drawing.geometry import next_centre, SUBPIXELS
 from flag_sim.drawing.pixels import clamp, LANES, pack_rgb, WHOLE_VECTORS
 from flag_sim.drawing.visibility import store_primitive
-from flag_sim.jit.kernels import inner_kernel, kernel
+from flag_sim.jit.kernels import late_inner_kernel, late_kernel
 
 import numpy as np
 
 
-@kernel
+@late_kernel
 def draw_large(polygon, last, face, state, primitive_id, target):
     """
     Draw the triangle of a polygon's corners 0, last - 1 and last.
@@ -82,7 +82,7 @@ def draw_large(polygon, last, face, state, primitive_id, target):
     return True
 
 
-@inner_kernel
+@late_inner_kernel
 def _plane(polygon, corners, q, slopes, is_times_s):
     """
     Write polygon.planes[q]: value q at the first of three corners, its changes, its range.
@@ -102,7 +102,7 @@ def _plane(polygon, corners, q, slopes, is_times_s):
     planes[q, 3], planes[q, 4] = min(at_a, at_b, at_c), max(at_a, at_b, at_c)
 
 
-@inner_kernel
+@late_inner_kernel
 def draw_span(first, count, planes, offset, state, primitive_id, target):
     """
     Draw pixels first .. first + count - 1 where they are nearer than what is stored.
@@ -120,7 +120,7 @@ def draw_span(first, count, planes, offset, state, primitive_id, target):
         _draw_pixels(span, planes, offset, target, False, False)
 
 
-@inner_kernel
+@late_inner_kernel
 def _draw_pixels(span, planes, offset, target, is_perspective_correct, stores_ids):
     first, count, primitive_id, ceiling = span
     depth, colour, primitive_ids = target.depth, target.colour, target.primitive_ids
@@ -143,7 +143,7 @@ def _draw_pixels(span, planes, offset, target, is_perspective_correct, stores_id
                 primitive_ids[first + j] = primitive_id
 
 
-@inner_kernel
+@late_inner_kernel
 def _value(planes, q, offset):
     """Return value q at an offset from the planes' corner, its change a column, least and most."""
     du, dv = offset

@@ -23,7 +23,8 @@ from collections.abc import Callable
 import functools
 
 from flag_sim.jit.cache import kernel_cache, KernelCache, PartCache
-from flag_sim.jit.compilers import InnerCompiler, KernelCompiler, NoAliasCompiler, WideCompiler
+from flag_sim.jit.compilers import (
+    InnerCompiler, KernelCompiler, LateCompiler, LateInnerCompiler, NoAliasCompiler, WideCompiler)
 import numba
 
 
@@ -96,3 +97,15 @@ The option is private to numba; a kernel that made an array with it would not co
 
 lean_inner_kernel = functools.partial(inner_kernel, _nrt=False)
 """A lean kernel that becomes a part of its callers."""
+
+late_kernel = functools.partial(kernel, pipeline_class=LateCompiler, _nrt=False)
+"""
+A lean kernel that is optimised for its callers only as a part of them.
+
+For kernels that call others, which call others: drawing's, of six levels, compile in 0.6 of the
+time, and draw a picture of 241 x 161 nodes in 0.83 of it, and one of 61 x 41 in 0.93 (1280x720, one
+thread, medians of 40 turns, busy machine); the bytes are the same. Those of a motion were not.
+"""
+
+late_inner_kernel = functools.partial(kernel, pipeline_class=LateInnerCompiler, _nrt=False)
+"""A late kernel that becomes a part of its callers."""
