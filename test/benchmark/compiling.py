@@ -37,7 +37,8 @@ LONGEST = 12
 
 
 def measure(what):
-    """Compile for 'drawing' or for a solver; return [(kernel, seconds)] and all seconds."""
+    """Compile 'drawing', 'normals' or a solver; return [(kernel, seconds)] and all seconds."""
+    from flag_sim.cloth.normals import node_normals
     from flag_sim.declarations.factories import look_of
     from flag_sim.declarations.moving_cloth import warm_up
     from flag_sim.drawing import Picture
@@ -67,7 +68,9 @@ def measure(what):
     listener = Listener()
     event.register('numba:compile', listener)
     begin = time.process_time()
-    if what == 'drawing':
+    if what == 'normals':
+        node_normals(np.zeros((3, 3, 3)))
+    elif what == 'drawing':
         square = np.array([[[0.0, 0.0, 9.0], [1.0, 0.0, 9.0]], [[0.0, 0.0, 8.0], [1.0, 0.0, 8.0]]])
         Picture().draw(square, None, *look_of(defaults('renderer')))
     else:
@@ -88,7 +91,7 @@ def main():
     """Measure, print and write."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--what', nargs='+', default=['drawing', 'symplectic'],
-                        help='drawing, or solvers (drawing symplectic)')
+                        help='drawing, normals, or solvers (drawing symplectic)')
     parser.add_argument('--only', help='in this process, as JSON')
     parser.add_argument('--out', type=given_path, default=Path('out/bench-compiling.json'))
     options = parser.parse_args()
