@@ -21,8 +21,8 @@ from flag_sim.cloth.simulation import Cloth, Diverged
 from flag_sim.cloth.strain import greatest_strain
 from flag_sim.declarations.factories import (
     air_of, cloth_of, hang_of, material_of, pole_of, stepping_of)
+from flag_sim.declarations.kernel_choice import KernelChoice
 from flag_sim.declarations.step_report import is_softened, StepReport
-from flag_sim.jit.cache import loading_alone, NotKept
 from flag_sim.protocol.throttled_log import Entry
 import numpy as np
 
@@ -47,20 +47,7 @@ def warm_up(values: Mapping) -> None:
     cloth.normals()
 
 
-def load_kernels(values: Mapping) -> bool:
-    """Load the kernels if all of them are kept; return whether they were, else compile none."""
-    try:
-        with loading_alone():
-            warm_up(values)
-    except NotKept:
-        return False
-    return True
-
-
-def warming_program(values: Mapping) -> str:
-    """Return a program in Python that compiles or loads the kernels, and so keeps them."""
-    chosen = {name: values[name] for name in ('solver', 'precision')}
-    return f'from {__name__} import warm_up; warm_up({chosen!r})'
+CLOTH_KERNELS = KernelChoice(('solver', 'precision'), kernels_of, warm_up)
 
 
 class MovingCloth:

@@ -95,16 +95,19 @@ class RenderSettings(NamedTuple):
 
 
 @late_kernel
-def draw_bands(taken, geometry, colours, order, settings, buffers, images):
+def draw_bands(taken, geometry, colours, order, settings, buffers, images, rare):
     """
     Draw bands of an image as long as there are any.
 
     taken: (1,) int64, how many bands were taken by this and other threads; colours: see
-    rasterizer; order: see culling; settings: RenderSettings; images: of a Framebuffer.
+    rasterizer; order: see culling; settings: RenderSettings; images: of a Framebuffer; rare: True
+    for samples, outlines or visibility, else None, for which a smaller kernel is compiled.
     """
     dirty, height = images.dirty, settings.height
     # Edges are looked for across the band's border.
-    border = 1 if settings.pattern.shape[0] > 1 else 0
+    border = 0
+    if rare is not None:
+        border = 1 if settings.pattern.shape[0] > 1 else 0
     while True:
         band = fetch_add(taken, 0, 1)
         if band >= dirty.shape[1]:
@@ -122,11 +125,11 @@ def draw_bands(taken, geometry, colours, order, settings, buffers, images):
             region = Region(begin - border, 0, end - begin + 2 * border, left, right,
                             buffers.stride)
             _draw_band(geometry, colours, buffers.in_band[:np.int64(count)], settings, region,
-                       buffers, images)
+                       buffers, images, rare)
 
 
 @late_kernel
-def _draw_band(geometry, colours, indices, settings, region, buffers, images):
+def _draw_band(geometry, colours, indices, settings, region, buffers, images, rare):
     """Draw a band: a Region with a row more above and below if there are several samples."""
     colour, depth, primitive_ids = buffers.colour, buffers.depth, buffers.primitive_ids
     is_perspective = geometry.transform.is_perspective
@@ -134,22 +137,25 @@ def _draw_band(geometry, colours, indices, settings, region, buffers, images):
     rasterize(geometry, colours, indices, settings.state,
               Target(colour, depth, primitive_ids, buffers.primitives, region.top,
                      region.top + region.rows, settings.width, region.stride), buffers.batch,
-              buffers.polygon)
-    border = 1 if settings.pattern.shape[0] > 1 else 0
+              buffers.polygon, rare)
+    border = 0
+    if rare is not None:
+        border = 1 if settings.pattern.shape[0] > 1 else 0
     own = Region(region.top, border, region.rows - 2 * border, region.left, region.right,
                  region.stride)
     if images.depth.size > 0:
         write_depth(depth, own, is_perspective, images.depth)
-    if primitive_ids.size > 0:
-        write_visibility(primitive_ids, depth, own, is_perspective, buffers.primitives,
-                         images.visibility)
-    if border:
-        _draw_samples(geometry, colours, indices, settings, own, buffers)
+    if rare is not None:
+        if primitive_ids.size > 0:
+            write_visibility(primitive_ids, depth, own, is_perspective, buffers.primitives,
+                             images.visibility)
+        if border:
+            _draw_samples(geometry, colours, indices, settings, own, buffers, rare)
     write_rgb(colour, own, settings.width, images.rgb, images.rgb_words)
 
 
 @late_kernel
-def _draw_samples(geometry, colours, indices, settings, own, buffers):
+def _draw_samples(geometry, colours, indices, settings, own, buffers, rare):
     """Average the colours of tiles with edges in them over the samples of the pattern."""
     tiles, samples, stride = buffers.tiles, settings.pattern.shape[0], own.stride
     top, rows, no_ids = own.top + 1, own.rows, buffers.primitive_ids[:0]
@@ -165,7 +171,7 @@ def _draw_samples(geometry, colours, indices, settings, own, buffers):
                                 settings.state.is_perspective_correct)
         rasterize(geometry, colours, buffers.in_tiles[:np.int64(count)], state,
                   Target(tiles.colour, tiles.depth, no_ids, buffers.primitives, top, top + rows,
-                         settings.width, stride), buffers.batch, buffers.polygon)
+                         settings.width, stride), buffers.batch, buffers.polygon, rare)
         add_sample(tiles, region, settings.clear_colour, settings.clear_depth)
     average(tiles, region, samples, colour)
 

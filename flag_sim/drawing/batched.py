@@ -35,19 +35,20 @@ ROUNDING = 1e-9
 
 
 @late_kernel
-def draw_batch(geometry, colours, indices, state, first_id, target, batch):
+def draw_batch(geometry, colours, indices, state, first_id, target, batch, rare):
     """
     Draw triangles of one size, SMALL or MEDIUM, with `indices`, at most BATCH of them.
 
-    colours, state, target: see rasterizer; first_id: the first primitive ID that is free. Returns
-    the one that is free then.
+    colours, state, target, rare: see rasterizer; first_id: the first primitive ID that is free.
+    Returns the one that is free then.
     """
     size = geometry.sizes[indices[0]]
     kept = gather(geometry, colours, indices, state, batch)
     has_thin = set_up(kept, target.width, state.is_perspective_correct, batch)
-    if target.primitive_ids.size > 0:
-        store_primitives(kept, geometry.transform.is_perspective, first_id, target.primitives,
-                         batch)
+    if rare is not None:
+        if target.primitive_ids.size > 0:
+            store_primitives(kept, geometry.transform.is_perspective, first_id,
+                             target.primitives, batch)
     # Most batches are plain; what the others need makes plain ones 4 to 8 % slower if it stands
     # in the same loop.
     if has_thin or state.depth_ceiling < np.float32(0.0) or target.primitive_ids.size > 0:

@@ -29,12 +29,12 @@ import numpy as np
 
 
 @late_kernel
-def draw_large(polygon, last, face, state, primitive_id, target):
+def draw_large(polygon, last, face, state, primitive_id, target, rare):
     """
     Draw the triangle of a polygon's corners 0, last - 1 and last.
 
-    face: twice the index of the triangle that it is part of, plus the side; state, target: see
-    rasterizer. Returns whether the primitive ID is in use now.
+    face: twice the index of the triangle that it is part of, plus the side; state, target, rare:
+    see rasterizer. Returns whether the primitive ID is in use now.
     """
     _, u, v, values, planes = polygon
     b, c = last - 1, last
@@ -54,13 +54,14 @@ def draw_large(polygon, last, face, state, primitive_id, target):
     slopes = ac_v * scale, -ac_u * scale, -ab_v * scale, ab_u * scale
     for q in range(4):
         _plane(polygon, (0, b, c), q, slopes, q > 0 and state.is_perspective_correct)
-    if target.primitive_ids.size > 0:
-        for q in range(4, 6):
-            _plane(polygon, (0, b, c), q, slopes, False)
-        store_primitive(target.primitives, primitive_id, face,
-                        (planes[4, 0], planes[4, 1], planes[4, 2]),
-                        (planes[5, 0], planes[5, 1], planes[5, 2]),
-                        (a_u / SUBPIXELS, a_v / SUBPIXELS))
+    if rare is not None:
+        if target.primitive_ids.size > 0:
+            for q in range(4, 6):
+                _plane(polygon, (0, b, c), q, slopes, False)
+            store_primitive(target.primitives, primitive_id, face,
+                            (planes[4, 0], planes[4, 1], planes[4, 2]),
+                            (planes[5, 0], planes[5, 1], planes[5, 2]),
+                            (a_u / SUBPIXELS, a_v / SUBPIXELS))
     sign = 1 if area > 0 else -1
     du, dv = left * SUBPIXELS - a_u, top * SUBPIXELS - a_v
     # From a to b, from c to a and from b to c, inside to the left.
@@ -78,7 +79,7 @@ def draw_large(polygon, last, face, state, primitive_id, target):
             pixel = (row - target.top) * target.stride + left + first
             offset = left + first - a_u / SUBPIXELS, row - a_v / SUBPIXELS
             draw_span(np.uint64(pixel), np.uint64(end_of_row - first), planes, offset, state,
-                      primitive_id, target)
+                      primitive_id, target, rare)
     return True
 
 
@@ -103,18 +104,21 @@ def _plane(polygon, corners, q, slopes, is_times_s):
 
 
 @late_inner_kernel
-def draw_span(first, count, planes, offset, state, primitive_id, target):
+def draw_span(first, count, planes, offset, state, primitive_id, target, rare):
     """
     Draw pixels first .. first + count - 1 where they are nearer than what is stored.
 
-    planes: of a Polygon; offset: of the first pixel from the planes' corner, columns and rows.
+    planes: of a Polygon; offset: of the first pixel from the planes' corner, columns and rows;
+    state, target, rare: see rasterizer.
     The loop runs over whole vectors, with the lanes beyond the end masked. What never changes in
     it is passed as literals, so that each case gets a loop of its own.
     """
     span = (first, count, np.uint32(primitive_id), state.depth_ceiling)
-    if target.primitive_ids.size > 0:
-        _draw_pixels(span, planes, offset, target, state.is_perspective_correct, True)
-    elif state.is_perspective_correct:
+    if rare is not None:
+        if target.primitive_ids.size > 0:
+            _draw_pixels(span, planes, offset, target, state.is_perspective_correct, True)
+            return
+    if state.is_perspective_correct:
         _draw_pixels(span, planes, offset, target, True, False)
     else:
         _draw_pixels(span, planes, offset, target, False, False)

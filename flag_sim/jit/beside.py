@@ -11,6 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
+
 """Compiling in another process: kernels that are kept on the disk need only be loaded then."""
 import os
 import subprocess

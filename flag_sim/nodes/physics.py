@@ -18,7 +18,7 @@ import sys
 import time
 
 from flag_sim.cloth.simulation import MAX_WIND
-from flag_sim.declarations.moving_cloth import kernels_of, MovingCloth, warm_up
+from flag_sim.declarations.moving_cloth import CLOTH_KERNELS, MovingCloth
 from flag_sim.declarations.physics import PHYSICS
 from flag_sim.declarations.scene import check_scene
 from flag_sim.parameters import checks
@@ -51,10 +51,10 @@ class Physics(FrameNode):
     def __init__(self):
         super().__init__('physics', PHYSICS)
         self._busy = 0.0  # how long the last frame took [s]
-        with compiling(self, kernels_of(self.values)):
+        with compiling(self, CLOTH_KERNELS.name(self.values)):
             self._cloth = MovingCloth(self.values)
-            warm_up(self.values)
-        self._kernels = KernelSwitch(self, self.values, self._server.serve)
+            CLOTH_KERNELS.warm_up(self.values)
+        self._kernels = KernelSwitch(self, CLOTH_KERNELS, self.values, self._server.serve)
         self._vertices_out = publish(self, 'vertices')
         self.get_logger().info(
             f'{self.values["grid.columns"]} x {self.values["grid.rows"]} nodes, '
@@ -88,7 +88,7 @@ class Physics(FrameNode):
         """Return the frame's PointCloud2."""
         begin = time.monotonic()
         self._warn_if_joined(frame, values)
-        values = self._kernels.usable(values, self._cloth.values)
+        values = self._kernels.usable(values)
         # A pre-roll of a fine grid takes a while: Ctrl-C ends it.
         entries = self._cloth.advance_to(frame.stamp, wind, values, self.context.ok)
         for entry in entries:

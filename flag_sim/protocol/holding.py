@@ -11,6 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
+
 """Which frames may go on without what they lack, as nobody waits for them."""
 from flag_sim.protocol.frames import FrameId
 

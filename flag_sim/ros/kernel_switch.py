@@ -11,12 +11,12 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
+
 """Kernels that a node needs for new values: made ready beside it, while its frames go on."""
 from collections.abc import Callable, Mapping
 import time
 
-from flag_sim.declarations.moving_cloth import (
-    kernels_of, load_kernels, warm_up, warming_program)
+from flag_sim.declarations.kernel_choice import KernelChoice
 from flag_sim.jit.beside import CompilingProcess
 from flag_sim.protocol.frames import FrameId
 from flag_sim.protocol.holding import Holding
@@ -35,13 +35,14 @@ class KernelSwitch:
     their own: meanwhile frames in real time are served with the old ones, and those of lockstep
     are held, so that the same shot is the same to the byte.
 
-    node: whose frames these are. values: those whose kernels it has. serve(): serves what was
-    held.
+    node: whose frames these are. choice: how values choose kernels. values: those whose kernels
+    the node has. serve(): serves what was held.
     """
 
-    def __init__(self, node: Node, values: Mapping, serve: Callable[[], None]):
-        self._node, self._serve = node, serve
-        self._loaded = {kernels_of(values)}
+    def __init__(self, node: Node, choice: KernelChoice, values: Mapping,
+                 serve: Callable[[], None]):
+        self._node, self._choice, self._serve = node, choice, serve
+        self._present, self._loaded = dict(values), {choice.name(values)}
         self._holding = Holding()
         self._process = self._timer = None
         self._wanted, self._begin, self._is_told = {}, 0.0, False
@@ -55,16 +56,17 @@ class KernelSwitch:
         """Return whether a frame with these values can be served, with these kernels or others."""
         return self._has(values) or self._holding.may_pass(frame)
 
-    def usable(self, values: Mapping, present: Mapping) -> Mapping:
-        """Return a frame's values, with the present ones' kernels if its own are not ready."""
+    def usable(self, values: Mapping) -> Mapping:
+        """Return a frame's values, but those that choose kernels as before if these lack."""
         if self._has(values):
+            self._present = dict(values)
             return values
         if not self._is_told:
             self._is_told = True
             self._node.get_logger().info(
-                f'{kernels_of(values)} is not compiled yet: frames in real time go on with '
-                f'{kernels_of(present)}')
-        return {**values, 'solver': present['solver'], 'precision': present['precision']}
+                f'{self._choice.name(values)} is not compiled yet: frames in real time go on with '
+                f'{self._choice.name(self._present)}')
+        return {**values, **self._choice.chosen(self._present)}
 
     def restart(self) -> None:
         """Note that another take or round begins, which may be in lockstep."""
@@ -79,17 +81,17 @@ class KernelSwitch:
 
     def _has(self, values):
         """Return whether the kernels are loaded, or can be at once; else have them compiled."""
-        what = kernels_of(values)
+        what = self._choice.name(values)
         if what in self._loaded:
             return True
-        if self._process is not None and kernels_of(self._wanted) == what:
+        if self._process is not None and self._choice.name(self._wanted) == what:
             return False
-        if load_kernels(values):
+        if self._choice.load(values):
             self._loaded.add(what)
             return True
         self.close()
         self._wanted, self._begin, self._is_told = dict(values), time.monotonic(), False
-        self._process = CompilingProcess(warming_program(values))
+        self._process = CompilingProcess(self._choice.program(values))
         self._timer = self._node.create_timer(POLL_PERIOD, self._look)
         self._node.get_logger().info(
             f'compiling {what} in a process beside: frames of lockstep wait for it')
@@ -100,10 +102,10 @@ class KernelSwitch:
         if self._process is None or not self._process.is_over:
             return
         self.close()
-        what = kernels_of(self._wanted)
-        if not load_kernels(self._wanted):  # nothing can be kept here, or the process was killed
+        what = self._choice.name(self._wanted)
+        if not self._choice.load(self._wanted):  # nothing is kept here, or it was killed
             with compiling(self._node, what):
-                warm_up(self._wanted)
+                self._choice.warm_up(self._wanted)
         self._loaded.add(what)
         self._holding.end()
         self._node.get_logger().info(

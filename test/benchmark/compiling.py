@@ -11,6 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
+
 """
 What compiling kernels takes: each kernel's seconds of processor time, most first.
 
@@ -39,9 +40,8 @@ LONGEST = 12
 def measure(what):
     """Compile 'drawing', 'normals' or a solver; return [(kernel, seconds)] and all seconds."""
     from flag_sim.cloth.normals import node_normals
-    from flag_sim.declarations.factories import look_of
-    from flag_sim.declarations.moving_cloth import warm_up
-    from flag_sim.drawing import Picture
+    from flag_sim.declarations.moving_cloth import CLOTH_KERNELS
+    from flag_sim.declarations.picture_kernels import PICTURE_KERNELS
     from numba.core import event
     import numpy as np
 
@@ -71,10 +71,9 @@ def measure(what):
     if what == 'normals':
         node_normals(np.zeros((3, 3, 3)))
     elif what == 'drawing':
-        square = np.array([[[0.0, 0.0, 9.0], [1.0, 0.0, 9.0]], [[0.0, 0.0, 8.0], [1.0, 0.0, 8.0]]])
-        Picture().draw(square, None, *look_of(defaults('renderer')))
+        PICTURE_KERNELS.warm_up(defaults('renderer'))
     else:
-        warm_up({**defaults('physics'), 'solver': what})
+        CLOTH_KERNELS.warm_up({**defaults('physics'), 'solver': what})
     return listener.seconds.most_common(), time.process_time() - begin
 
 

@@ -11,17 +11,20 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
+
 """A solver whose kernels are not kept: compiled beside a node whose frames go on, or wait."""
 import time
 
 from flag_sim.cloth import Cloth
-from flag_sim.declarations.moving_cloth import load_kernels
+from flag_sim.declarations.kernel_choice import KernelChoice
 from flag_sim.jit.beside import CompilingProcess
+from flag_sim.nodes.renderer import Renderer
 from flag_sim.protocol.frames import FrameId
-from flag_sim.ros import kernel_switch, messages
+from flag_sim.ros import messages
 import numpy as np
 import pytest
 import rclpy
+from rclpy.parameter import Parameter
 from support.bench import Bench, WIND
 from support.frames import parameters_message
 
@@ -43,10 +46,11 @@ def bench(domain):
 def keep(monkeypatch, tmp_path):
     """Have no further kernels kept until this is called: a process seems to compile them."""
     path = tmp_path / 'kept'
-    monkeypatch.setattr(kernel_switch, 'load_kernels',
-                        lambda values: path.exists() and load_kernels(values))
-    monkeypatch.setattr(kernel_switch, 'warming_program',
-                        lambda values: WAITING.format(str(path)))
+    load = KernelChoice.load
+    monkeypatch.setattr(KernelChoice, 'load',
+                        lambda choice, values: path.exists() and load(choice, values))
+    monkeypatch.setattr(KernelChoice, 'program',
+                        lambda choice, values: WAITING.format(str(path)))
     return path.touch
 
 
@@ -118,10 +122,38 @@ def test_in_lockstep_frames_wait_for_the_new_solver(bench, keep):
     assert np.array_equal(heard(bench), library(turns))
 
 
+def test_the_renderer_draws_in_the_old_style_meanwhile(domain, keep):
+    """So far as other kernels are needed; what else was set counts at once."""
+    with rclpy.init(domain_id=domain):
+        renderer = Renderer()
+        flag = Cloth(3, 4).positions
+        drawn = []
+
+        def send(n):
+            renderer._clouds.put(stamp_of(n), (flag, None))
+            renderer.take_frame(FrameId(stamp_of(n), 1, n, n), None, {}, 'wind')
+            if renderer._server.is_served(stamp_of(n)):
+                drawn.append((n, renderer._values['samples'], renderer._values['ambient']))
+
+        send(0)
+        for name, value in (('samples', 4), ('ambient', 0.5)):
+            assert renderer.set_parameters_atomically([Parameter(name, value=value)]).successful
+        for n in (1, 2, 3):
+            send(n)
+        keep()
+        end = time.monotonic() + 60.0
+        while renderer._kernels.is_compiling and time.monotonic() < end:
+            rclpy.spin_once(renderer, timeout_sec=0.05)
+        send(4)
+        renderer.close()
+        renderer.destroy_node()
+    assert drawn == [(0, 1, 0.35), (2, 1, 0.5), (3, 1, 0.5), (4, 4, 0.5)]
+
+
 def test_where_nothing_is_kept_the_node_compiles_by_itself(bench, monkeypatch):
     """And goes on; so it does where the process was killed."""
-    monkeypatch.setattr(kernel_switch, 'load_kernels', lambda values: False)
-    monkeypatch.setattr(kernel_switch, 'warming_program', lambda values: 'raise SystemExit(1)')
+    monkeypatch.setattr(KernelChoice, 'load', lambda choice, values: False)
+    monkeypatch.setattr(KernelChoice, 'program', lambda choice, values: 'raise SystemExit(1)')
     send(bench, 0, 0)
     assert bench.put(solver='verlet').successful
     send(bench, 1, 1)

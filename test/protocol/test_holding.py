@@ -11,6 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
+
 """Frames that lack something are held as long as a node may wait for them."""
 from flag_sim.protocol.frames import FrameId
 from flag_sim.protocol.holding import Holding
