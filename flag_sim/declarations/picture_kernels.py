@@ -19,7 +19,6 @@ from flag_sim.declarations.factories import look_of
 from flag_sim.declarations.kernel_choice import KernelChoice
 from flag_sim.declarations.renderer import RENDERER
 from flag_sim.drawing import Picture
-from flag_sim.drawing.style import is_rare
 import numpy as np
 
 DEFAULTS = {declaration.name: declaration.default for declaration in RENDERER}
@@ -27,8 +26,7 @@ DEFAULTS = {declaration.name: declaration.default for declaration in RENDERER}
 
 def kernels_of(values: Mapping) -> str:
     """Return in words what the kernels are compiled for."""
-    return 'the rasterizer' + (' with samples and outlines' if is_rare(
-        values['samples'], values['outline']) else '')
+    return 'the rasterizer with outlines' if values['outline'] else 'the rasterizer'
 
 
 def warm_up(values: Mapping) -> None:
@@ -37,4 +35,4 @@ def warm_up(values: Mapping) -> None:
     Picture().draw(square, None, *look_of({**DEFAULTS, **values}))
 
 
-PICTURE_KERNELS = KernelChoice(('samples', 'outline'), kernels_of, warm_up)
+PICTURE_KERNELS = KernelChoice(('outline',), kernels_of, warm_up)

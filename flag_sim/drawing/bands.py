@@ -101,13 +101,11 @@ def draw_bands(taken, geometry, colours, order, settings, buffers, images, rare)
 
     taken: (1,) int64, how many bands were taken by this and other threads; colours: see
     rasterizer; order: see culling; settings: RenderSettings; images: of a Framebuffer; rare: True
-    for samples, outlines or visibility, else None, for which a smaller kernel is compiled.
+    for outlines or visibility, else None, for which a smaller kernel is compiled.
     """
     dirty, height = images.dirty, settings.height
     # Edges are looked for across the band's border.
-    border = 0
-    if rare is not None:
-        border = 1 if settings.pattern.shape[0] > 1 else 0
+    border = 1 if settings.pattern.shape[0] > 1 else 0
     while True:
         band = fetch_add(taken, 0, 1)
         if band >= dirty.shape[1]:
@@ -138,9 +136,7 @@ def _draw_band(geometry, colours, indices, settings, region, buffers, images, ra
               Target(colour, depth, primitive_ids, buffers.primitives, region.top,
                      region.top + region.rows, settings.width, region.stride), buffers.batch,
               buffers.polygon, rare)
-    border = 0
-    if rare is not None:
-        border = 1 if settings.pattern.shape[0] > 1 else 0
+    border = 1 if settings.pattern.shape[0] > 1 else 0
     own = Region(region.top, border, region.rows - 2 * border, region.left, region.right,
                  region.stride)
     if images.depth.size > 0:
@@ -149,8 +145,8 @@ def _draw_band(geometry, colours, indices, settings, region, buffers, images, ra
         if primitive_ids.size > 0:
             write_visibility(primitive_ids, depth, own, is_perspective, buffers.primitives,
                              images.visibility)
-        if border:
-            _draw_samples(geometry, colours, indices, settings, own, buffers, rare)
+    if border:
+        _draw_samples(geometry, colours, indices, settings, own, buffers, rare)
     write_rgb(colour, own, settings.width, images.rgb, images.rgb_words)
 
 

@@ -30,7 +30,7 @@ from flag_sim.drawing.scene import flag_scene, Object
 from flag_sim.drawing.scene_buffers import SceneBuffers
 from flag_sim.drawing.shading import Light, shade
 from flag_sim.drawing.shapes import Dimensions
-from flag_sim.drawing.style import is_rare, Materials, Style, THREADS
+from flag_sim.drawing.style import Materials, Style, THREADS
 from flag_sim.parallel.thread_pool import ThreadPool
 from flag_sim.parameters import checks
 
@@ -177,7 +177,7 @@ class Picture:
         if any(known != shape for known, _ in self._buffers.values()):
             self._buffers = {}
         taken = np.zeros(1, np.int64)
-        rare = True if is_rare(style.samples, style.outline) or primitives else None
+        rare = True if style.outline or primitives else None
 
         def work(thread):
             if thread not in self._buffers:

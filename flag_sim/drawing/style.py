@@ -47,11 +47,6 @@ class Materials:
             checks.instance(field.name, getattr(self, field.name), Surface)
 
 
-def is_rare(samples: int, outline: bool) -> bool:
-    """Return whether a Style is drawn by kernels that are compiled only where it is chosen."""
-    return samples > 1 or outline
-
-
 @dataclasses.dataclass(frozen=True)
 class Style(Declared):
     """

@@ -133,10 +133,10 @@ def test_the_renderer_draws_in_the_old_style_meanwhile(domain, keep):
             renderer._clouds.put(stamp_of(n), (flag, None))
             renderer.take_frame(FrameId(stamp_of(n), 1, n, n), None, {}, 'wind')
             if renderer._server.is_served(stamp_of(n)):
-                drawn.append((n, renderer._values['samples'], renderer._values['ambient']))
+                drawn.append((n, renderer._values['outline'], renderer._values['ambient']))
 
         send(0)
-        for name, value in (('samples', 4), ('ambient', 0.5)):
+        for name, value in (('outline', True), ('ambient', 0.5)):
             assert renderer.set_parameters_atomically([Parameter(name, value=value)]).successful
         for n in (1, 2, 3):
             send(n)
@@ -147,7 +147,8 @@ def test_the_renderer_draws_in_the_old_style_meanwhile(domain, keep):
         send(4)
         renderer.close()
         renderer.destroy_node()
-    assert drawn == [(0, 1, 0.35), (2, 1, 0.5), (3, 1, 0.5), (4, 4, 0.5)]
+    assert drawn == [(0, False, 0.35), (2, False, 0.5), (3, False, 0.5),
+                     (4, True, 0.5)]
 
 
 def test_where_nothing_is_kept_the_node_compiles_by_itself(bench, monkeypatch):
