@@ -102,7 +102,7 @@ late_kernel = functools.partial(kernel, pipeline_class=LateCompiler, _nrt=False)
 """
 A lean kernel that is optimised for its callers only as a part of them.
 
-For kernels that call others, which call others: those of drawing, six levels, compile in 0.8 of
+For kernels that call others, which call others: those of drawing, six levels, compile in 0.7 of
 the time, and a picture takes 0.83 of the time with 241 x 161 nodes, 0.93 with 61 x 41 (1280x720,
 one thread; medians of 40 turns, on a machine that was busy), with the same bytes. A motion would
 not be the same to the byte.
