@@ -21,6 +21,7 @@ from flag_sim.cloth.simulation import Cloth, Diverged
 from flag_sim.cloth.strain import greatest_strain
 from flag_sim.declarations.factories import (
     air_of, cloth_of, hang_of, material_of, pole_of, stepping_of)
+from flag_sim.declarations.kernel_choice import KernelChoice
 from flag_sim.declarations.step_report import is_softened, StepReport
 from flag_sim.protocol.throttled_log import Entry
 import numpy as np
@@ -44,6 +45,9 @@ def warm_up(values: Mapping) -> None:
                   precision=values['precision'])
     cloth.advance(1e-3)
     cloth.normals()
+
+
+CLOTH_KERNELS = KernelChoice(('solver', 'precision'), kernels_of, warm_up)
 
 
 class MovingCloth:

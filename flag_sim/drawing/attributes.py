@@ -20,7 +20,7 @@ are, from the Visibility of a frame alone.
 """
 from flag_sim.drawing import ranges
 from flag_sim.drawing.visibility import Visibility
-from flag_sim.jit.kernels import kernel
+from flag_sim.jit.kernels import late_kernel
 from flag_sim.parameters import checks
 
 import numpy as np
@@ -66,7 +66,7 @@ def _two_sided(name, values):
     return np.ascontiguousarray(ranges.single(name, array), dtype=np.float64)
 
 
-@kernel
+@late_kernel
 def _interpolate(visibility, values, at_triangles, is_on_screen, nothing, image):
     triangles, is_back, weights, corners, depths = visibility
     for row in range(image.shape[0]):

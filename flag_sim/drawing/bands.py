@@ -32,7 +32,7 @@ from flag_sim.drawing.polygon import new_polygon, Polygon
 from flag_sim.drawing.rasterizer import rasterize, RasterizerState, Target
 from flag_sim.drawing.triangle_setup import Batch, new_batch
 from flag_sim.drawing.visibility import new_primitives, NO_PRIMITIVE, Primitives, write_visibility
-from flag_sim.jit.kernels import kernel
+from flag_sim.jit.kernels import late_kernel
 from flag_sim.parallel.atomics import fetch_add
 
 import numpy as np
@@ -94,13 +94,14 @@ class RenderSettings(NamedTuple):
     height: int
 
 
-@kernel
-def draw_bands(taken, geometry, colours, order, settings, buffers, images):
+@late_kernel
+def draw_bands(taken, geometry, colours, order, settings, buffers, images, rare):
     """
     Draw bands of an image as long as there are any.
 
     taken: (1,) int64, how many bands were taken by this and other threads; colours: see
-    rasterizer; order: see culling; settings: RenderSettings; images: of a Framebuffer.
+    rasterizer; order: see culling; settings: RenderSettings; images: of a Framebuffer; rare: True
+    for outlines or visibility, else None, for which a smaller kernel is compiled.
     """
     dirty, height = images.dirty, settings.height
     # Edges are looked for across the band's border.
@@ -122,11 +123,11 @@ def draw_bands(taken, geometry, colours, order, settings, buffers, images):
             region = Region(begin - border, 0, end - begin + 2 * border, left, right,
                             buffers.stride)
             _draw_band(geometry, colours, buffers.in_band[:np.int64(count)], settings, region,
-                       buffers, images)
+                       buffers, images, rare)
 
 
-@kernel
-def _draw_band(geometry, colours, indices, settings, region, buffers, images):
+@late_kernel
+def _draw_band(geometry, colours, indices, settings, region, buffers, images, rare):
     """Draw a band: a Region with a row more above and below if there are several samples."""
     colour, depth, primitive_ids = buffers.colour, buffers.depth, buffers.primitive_ids
     is_perspective = geometry.transform.is_perspective
@@ -134,22 +135,23 @@ def _draw_band(geometry, colours, indices, settings, region, buffers, images):
     rasterize(geometry, colours, indices, settings.state,
               Target(colour, depth, primitive_ids, buffers.primitives, region.top,
                      region.top + region.rows, settings.width, region.stride), buffers.batch,
-              buffers.polygon)
+              buffers.polygon, rare)
     border = 1 if settings.pattern.shape[0] > 1 else 0
     own = Region(region.top, border, region.rows - 2 * border, region.left, region.right,
                  region.stride)
     if images.depth.size > 0:
         write_depth(depth, own, is_perspective, images.depth)
-    if primitive_ids.size > 0:
-        write_visibility(primitive_ids, depth, own, is_perspective, buffers.primitives,
-                         images.visibility)
+    if rare is not None:
+        if primitive_ids.size > 0:
+            write_visibility(primitive_ids, depth, own, is_perspective, buffers.primitives,
+                             images.visibility)
     if border:
-        _draw_samples(geometry, colours, indices, settings, own, buffers)
+        _draw_samples(geometry, colours, indices, settings, own, buffers, rare)
     write_rgb(colour, own, settings.width, images.rgb, images.rgb_words)
 
 
-@kernel
-def _draw_samples(geometry, colours, indices, settings, own, buffers):
+@late_kernel
+def _draw_samples(geometry, colours, indices, settings, own, buffers, rare):
     """Average the colours of tiles with edges in them over the samples of the pattern."""
     tiles, samples, stride = buffers.tiles, settings.pattern.shape[0], own.stride
     top, rows, no_ids = own.top + 1, own.rows, buffers.primitive_ids[:0]
@@ -165,12 +167,12 @@ def _draw_samples(geometry, colours, indices, settings, own, buffers):
                                 settings.state.is_perspective_correct)
         rasterize(geometry, colours, buffers.in_tiles[:np.int64(count)], state,
                   Target(tiles.colour, tiles.depth, no_ids, buffers.primitives, top, top + rows,
-                         settings.width, stride), buffers.batch, buffers.polygon)
+                         settings.width, stride), buffers.batch, buffers.polygon, rare)
         add_sample(tiles, region, settings.clear_colour, settings.clear_depth)
     average(tiles, region, samples, colour)
 
 
-@kernel
+@late_kernel
 def clear(buffers, settings, region):
     """Clear a Region of the buffers."""
     colour, depth, primitive_ids = buffers.colour, buffers.depth, buffers.primitive_ids

@@ -25,7 +25,7 @@ from flag_sim.drawing.pixels import clamp, LANES, pack_rgb, WHOLE_VECTORS
 from flag_sim.drawing.triangle_setup import (
     AB, AT_A, AT_B, AT_C, BC, CA, COLUMNS, DU, DV, EDGE, EDGE_DU, EDGE_DV, END, gather, LEFT,
     PLANE, set_up, START, store_primitives, THIN, TOP, VALUE)
-from flag_sim.jit.kernels import inner_kernel, kernel
+from flag_sim.jit.kernels import late_inner_kernel, late_kernel
 
 import numpy as np
 
@@ -34,20 +34,21 @@ import numpy as np
 ROUNDING = 1e-9
 
 
-@kernel
-def draw_batch(geometry, colours, indices, state, first_id, target, batch):
+@late_kernel
+def draw_batch(geometry, colours, indices, state, first_id, target, batch, rare):
     """
     Draw triangles of one size, SMALL or MEDIUM, with `indices`, at most BATCH of them.
 
-    colours, state, target: see rasterizer; first_id: the first primitive ID that is free. Returns
-    the one that is free then.
+    colours, state, target, rare: see rasterizer; first_id: the first primitive ID that is free.
+    Returns the one that is free then.
     """
     size = geometry.sizes[indices[0]]
     kept = gather(geometry, colours, indices, state, batch)
     has_thin = set_up(kept, target.width, state.is_perspective_correct, batch)
-    if target.primitive_ids.size > 0:
-        store_primitives(kept, geometry.transform.is_perspective, first_id, target.primitives,
-                         batch)
+    if rare is not None:
+        if target.primitive_ids.size > 0:
+            store_primitives(kept, geometry.transform.is_perspective, first_id,
+                             target.primitives, batch)
     # Most batches are plain; what the others need makes plain ones 4 to 8 % slower if it stands
     # in the same loop.
     if has_thin or state.depth_ceiling < np.float32(0.0) or target.primitive_ids.size > 0:
@@ -59,7 +60,7 @@ def draw_batch(geometry, colours, indices, state, first_id, target, batch):
     return first_id + np.int64(kept)
 
 
-@kernel
+@late_kernel
 def _draw_all_blocks(count, batch, state, target):
     """Draw all blocks in the bounding boxes of the batch's triangles."""
     integers, begin, end, stride = batch.integers, target.top, target.end, target.stride
@@ -73,7 +74,7 @@ def _draw_all_blocks(count, batch, state, target):
                         target)
 
 
-@kernel
+@late_kernel
 def _draw_needed_blocks(count, batch, state, target):
     """Draw the same, but of each row only the blocks that can have pixels inside."""
     integers, begin, end, stride = batch.integers, target.top, target.end, target.stride
@@ -86,7 +87,7 @@ def _draw_needed_blocks(count, batch, state, target):
             _draw_plain((k, y), blocks, batch, state, target)
 
 
-@kernel
+@late_kernel
 def _draw_any(count, batch, state, first_id, target):
     """Draw the same where triangles are THIN, for a painter, or with primitive IDs."""
     integers, begin, end, stride = batch.integers, target.top, target.end, target.stride
@@ -101,7 +102,7 @@ def _draw_any(count, batch, state, first_id, target):
                          state.is_perspective_correct)
 
 
-@inner_kernel
+@late_inner_kernel
 def _draw_plain(triangle_row, blocks, batch, state, target):
     # What never changes in the loop is passed as literals: each case then has a loop of its own.
     ceiling_and_id = state.depth_ceiling, np.uint32(0)
@@ -111,7 +112,7 @@ def _draw_plain(triangle_row, blocks, batch, state, target):
         _draw_pixels(triangle_row, blocks, batch, ceiling_and_id, target, True, False)
 
 
-@inner_kernel
+@late_inner_kernel
 def _needed_blocks(k, y, first, batch):
     """
     Return the blocks of row y with pixels inside of triangle k.
@@ -139,7 +140,7 @@ def _needed_blocks(k, y, first, batch):
     return start, stop - start, first + start
 
 
-@inner_kernel
+@late_inner_kernel
 def _draw_pixels(triangle_row, blocks, batch, ceiling_and_id, target, is_plain,
                  is_perspective_correct):
     k, y = triangle_row
@@ -189,14 +190,14 @@ def _draw_pixels(triangle_row, blocks, batch, ceiling_and_id, target, is_plain,
                 primitive_ids[first + j] = primitive_id
 
 
-@inner_kernel
+@late_inner_kernel
 def _value(planes, k, q, y):
     """Return value q of triangle k in row y at the first column, and its change a column."""
     place = q * PLANE + k
     return planes[START + place] + planes[DV + place] * np.float32(y), planes[DU + place]
 
 
-@inner_kernel
+@late_inner_kernel
 def _bounds(batch, k, q):
     """Return the least and the most of value q of triangle k, infinite unless it is THIN."""
     place, infinite = q * VALUE + k, np.float32(np.inf)
@@ -207,7 +208,7 @@ def _bounds(batch, k, q):
             np.float32(max(a, b, c)) if is_thin else infinite)
 
 
-@inner_kernel
+@late_inner_kernel
 def _along(edge, n, change):
     """Return an edge function n steps on; in 32 bits, or else LLVM multiplies with 64, slowly."""
     return np.int32(edge + np.int32(n * change))

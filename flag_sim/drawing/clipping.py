@@ -20,7 +20,7 @@ has u = X / z, an orthographic one u = X, both relative to the principal point. 
 by the near plane, and by a guard band that is far wider than the image: what lies between the
 two is left out pixel by pixel, which is cheaper than clipping it.
 """
-from flag_sim.jit.kernels import kernel
+from flag_sim.jit.kernels import late_kernel
 
 # Half the width of the guard band around the principal point [pixel]. With a principal point
 # below 2^13 all coordinates stay below 2^15, where the edge functions are exact.
@@ -36,7 +36,7 @@ PLANES = 5
 INSIDE, OUTSIDE, INVALID = 0, 1, 2
 
 
-@kernel
+@late_kernel
 def outcode(x, y, z, near, is_perspective):
     """
     Return whether a point is INSIDE all planes, OUTSIDE of one, or INVALID.
@@ -53,7 +53,7 @@ def outcode(x, y, z, near, is_perspective):
     return INVALID
 
 
-@kernel
+@late_kernel
 def clip(corners, near, is_perspective):
     """
     Cut the triangle in corners[0, :3] by all planes; return the polygon's number of corners.
@@ -87,7 +87,7 @@ def clip(corners, near, is_perspective):
     return count
 
 
-@kernel
+@late_kernel
 def _distance(corners, half, k, plane, near, is_perspective):
     """Return how far a corner is inside of a plane, in any unit; negative outside."""
     if plane == 0:

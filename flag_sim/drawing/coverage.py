@@ -22,12 +22,12 @@ are not negative. They are whole numbers, so coverage is exact: vertices lie at 
 The fill rule is implemented only here (and, for reference, in plain.py).
 """
 from flag_sim.drawing.geometry import SUBPIXEL_BITS
-from flag_sim.jit.kernels import inner_kernel
+from flag_sim.jit.kernels import late_inner_kernel
 
 import numpy as np
 
 
-@inner_kernel
+@late_inner_kernel
 def edge_function(change_u, change_v, du, dv):
     """
     Return an edge function at an offset (du, dv) [subpixel] from where its edge begins.
@@ -41,7 +41,7 @@ def edge_function(change_u, change_v, du, dv):
     return (change_u * du + change_v * dv - (1 if is_excluded else 0)) >> SUBPIXEL_BITS
 
 
-@inner_kernel
+@late_inner_kernel
 def first_inside(begin, here, change):
     """Return the first column, but not before `begin`, where here + column change may be >= 0."""
     if change > 0:
@@ -49,7 +49,7 @@ def first_inside(begin, here, change):
     return begin if change < 0 or here >= 0 else np.int64(2 ** 40)
 
 
-@inner_kernel
+@late_inner_kernel
 def end_inside(end, here, change):
     """Return the column, but not beyond `end`, from where on here + column change is < 0."""
     return min(end, here // -change + 1) if change < 0 else end

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 from flag_sim.drawing.clipping import INSIDE, INVALID
 from flag_sim.drawing.geometry import next_centre, SUBPIXELS
-from flag_sim.jit.kernels import kernel
+from flag_sim.jit.kernels import late_kernel
 
 import numpy as np
 
@@ -56,7 +56,7 @@ class Viewport(NamedTuple):
     margin: int
 
 
-@kernel
+@late_kernel
 def cull(geometry, order, viewport, first_chunk, end_chunk):
     """
     Find the rows that triangles can cover: write order.rows and boxes, and geometry.sizes.
@@ -101,7 +101,7 @@ def cull(geometry, order, viewport, first_chunk, end_chunk):
         boxes[2, chunk], boxes[3, chunk] = box_left, box_right
 
 
-@kernel
+@late_kernel
 def triangles_in_rows(order, begin, end, found):
     """
     Collect in `found` (m + 1,) the triangles that can cover rows begin .. end - 1, in their order.

@@ -20,7 +20,7 @@ projection, where z is the depth along the optical axis [m]. Greater is nearer. 
 the screen along any plane, so they are interpolated exactly, and 1 / z uses float32 where it is
 finest: it tells surfaces apart that a conventional Z-buffer confuses (Lapidous and Jiao, 1999).
 """
-from flag_sim.jit.kernels import inner_kernel, kernel
+from flag_sim.jit.kernels import late_inner_kernel, late_kernel
 
 import numpy as np
 
@@ -30,13 +30,13 @@ def clear_depth(is_perspective: bool) -> np.float32:
     return np.float32(0.0 if is_perspective else -np.inf)
 
 
-@inner_kernel
+@late_inner_kernel
 def to_reversed_z(z, is_perspective):
     """Return the reversed Z of a point at depth z [m]."""
     return 1.0 / z if is_perspective else -z
 
 
-@inner_kernel
+@late_inner_kernel
 def is_nearer(s, stored):
     """
     Whether a fragment of reversed Z `s` hides what the depth buffer has stored.
@@ -47,7 +47,7 @@ def is_nearer(s, stored):
     return s > stored
 
 
-@kernel
+@late_kernel
 def write_depth(depth, region, is_perspective, image):
     """Write the depth buffer of a Region into an image (height, width) of metres."""
     top, begin, rows, left, right, stride = region

@@ -18,7 +18,7 @@ import dataclasses
 from typing import NamedTuple
 
 from flag_sim.drawing.visibility import Visibility
-from flag_sim.jit.kernels import kernel
+from flag_sim.jit.kernels import late_kernel
 from flag_sim.parameters import checks
 
 import numpy as np
@@ -124,7 +124,7 @@ def _read_only(array):
     return view
 
 
-@kernel
+@late_kernel
 def write_rgb(colour, region, width, rgb, rgb_words):
     """
     Turn the colours of a Region into red, green, blue bytes of an image.
@@ -154,7 +154,7 @@ def write_rgb(colour, region, width, rgb, rgb_words):
         _write_bytes(colour, last, end, offset, rgb)
 
 
-@kernel
+@late_kernel
 def _write_bytes(colour, begin, end, offset, rgb):
     for p in range(begin, end):
         packed = colour[p - offset]

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 from flag_sim.drawing.clipping import INSIDE, outcode
 from flag_sim.drawing.depth import to_reversed_z
-from flag_sim.jit.kernels import kernel
+from flag_sim.jit.kernels import late_kernel
 
 import numpy as np
 
@@ -73,7 +73,7 @@ class Geometry(NamedTuple):
     transform: ViewTransform
 
 
-@kernel
+@late_kernel
 def project(positions, transform, vertices):
     """Take points (n, 3) [m] to the screen: write `vertices`."""
     matrix, centre_u, centre_v, near, is_perspective = transform
@@ -92,7 +92,7 @@ def project(positions, transform, vertices):
             u[i], v[i], reversed_z[i] = to_screen(x, y, z, centre_u, centre_v, is_perspective)
 
 
-@kernel
+@late_kernel
 def to_screen(x, y, z, centre_u, centre_v, is_perspective):
     """Project a point of the optical frame: u and v, snapped [subpixel], and reversed Z."""
     s = to_reversed_z(z, is_perspective)
@@ -100,12 +100,12 @@ def to_screen(x, y, z, centre_u, centre_v, is_perspective):
     return _snap(centre_u + x * scale), _snap(centre_v + y * scale), s
 
 
-@kernel
+@late_kernel
 def next_centre(coordinate):
     """Return the first pixel whose centre is not before a coordinate [subpixel]."""
     return np.int32((coordinate + (SUBPIXELS - 1)) >> SUBPIXEL_BITS)
 
 
-@kernel
+@late_kernel
 def _snap(value):
     return np.int32(np.floor(value * SUBPIXELS + 0.5))

@@ -16,7 +16,7 @@
 import dataclasses
 import functools
 
-from flag_sim.jit.kernels import kernel
+from flag_sim.jit.kernels import late_kernel
 from flag_sim.parameters import checks
 
 import numpy as np
@@ -79,7 +79,7 @@ def vertex_normals(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return normals
 
 
-@kernel
+@late_kernel
 def _cross_products(vertices, triangles, normals):
     for t in range(triangles.shape[0]):
         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
@@ -94,7 +94,7 @@ def _cross_products(vertices, triangles, normals):
         normals[t, 2] = px * qy - py * qx
 
 
-@kernel
+@late_kernel
 def _sum_at_vertices(of_faces, triangles, of_vertices):
     for t in range(triangles.shape[0]):
         for corner in range(3):

@@ -26,7 +26,7 @@ from typing import NamedTuple
 
 from flag_sim.drawing.clipping import INSIDE
 from flag_sim.drawing.geometry import SUBPIXEL_BITS, SUBPIXELS
-from flag_sim.jit.kernels import kernel
+from flag_sim.jit.kernels import late_kernel
 
 import numpy as np
 
@@ -74,7 +74,7 @@ class Tiles(NamedTuple):
     sums: np.ndarray
 
 
-@kernel
+@late_kernel
 def mark_edges(colour, region, height, tiles):
     """
     Mark the tiles of a Region where neighbours differ, in them or across their border.
@@ -106,7 +106,7 @@ def mark_edges(colour, region, height, tiles):
             mask[tile_row, tile] = found != 0
 
 
-@kernel
+@late_kernel
 def triangles_in_tiles(geometry, indices, region, mask, found):
     """
     Collect in `found` those of the triangles with `indices` that can touch a marked tile.
@@ -136,7 +136,7 @@ def triangles_in_tiles(geometry, indices, region, mask, found):
     return kept
 
 
-@kernel
+@late_kernel
 def begin_samples(tiles, region, clear_colour, clear_depth, centres):
     """Clear the marked tiles, and begin the sums with the colours at the centres."""
     mask, sums = tiles.mask, tiles.sums
@@ -151,7 +151,7 @@ def begin_samples(tiles, region, clear_colour, clear_depth, centres):
                     sums[1, i] = centres[i] >> np.uint32(8) & np.uint32(0xff)
 
 
-@kernel
+@late_kernel
 def add_sample(tiles, region, clear_colour, clear_depth):
     """Add a sample's colours to the sums, and clear its tiles for the next one."""
     mask, colour, sums = tiles.mask, tiles.colour, tiles.sums
@@ -166,7 +166,7 @@ def add_sample(tiles, region, clear_colour, clear_depth):
                     tiles.depth[i] = clear_depth
 
 
-@kernel
+@late_kernel
 def average(tiles, region, samples, colour):
     """Write the sums of `samples` samples, averaged and rounded, as colours."""
     mask, sums, half = tiles.mask, tiles.sums, np.uint32(samples // 2)
@@ -181,7 +181,7 @@ def average(tiles, region, samples, colour):
                     colour[i] = red | green << np.uint32(8) | blue << np.uint32(16)
 
 
-@kernel
+@late_kernel
 def _differs(one, other):
     """Return what is not 0 where two colours differ by more than CONTRAST in a channel."""
     found = np.uint32(0)

@@ -22,7 +22,7 @@ its corners, so that the triangle does not hide its own edges.
 from flag_sim.drawing.depth import is_nearer
 from flag_sim.drawing.geometry import SUBPIXEL_BITS, SUBPIXELS
 from flag_sim.drawing.pixels import clamp, pack_rgb
-from flag_sim.jit.kernels import inner_kernel, kernel
+from flag_sim.jit.kernels import late_inner_kernel, late_kernel
 
 import numpy as np
 
@@ -33,7 +33,7 @@ DARKENING = 1.2
 DEPTH_BIAS = 1e-4
 
 
-@kernel
+@late_kernel
 def draw_outline(polygon, count, state, primitive_id, target):
     """
     Draw the edges of a polygon of `count` corners.
@@ -45,7 +45,7 @@ def draw_outline(polygon, count, state, primitive_id, target):
         _draw_edge(polygon, (k, k + 1 if k + 1 < count else 0), plane, state, primitive_id, target)
 
 
-@kernel
+@late_kernel
 def _draw_edge(polygon, edge, plane, state, primitive_id, target):
     _, u, v, values, _ = polygon
     s_du, s_dv, s_least, s_most = plane
@@ -90,19 +90,19 @@ def _draw_edge(polygon, edge, plane, state, primitive_id, target):
                 target.primitive_ids[pixel] = np.uint32(primitive_id)
 
 
-@inner_kernel
+@late_inner_kernel
 def _between(values, edge, q, along, divisor):
     a, b = edge
     return np.float32((values[a, q] + along * (values[b, q] - values[a, q])) / divisor)
 
 
-@inner_kernel
+@late_inner_kernel
 def _nearest_pixel(coordinate):
     """Return the pixel whose centre is nearest to a coordinate [subpixel]."""
     return (coordinate + SUBPIXELS // 2) >> SUBPIXEL_BITS
 
 
-@kernel
+@late_kernel
 def _plane(polygon, count):
     """
     Return the changes of reversed Z a column and a row, its least and its most.

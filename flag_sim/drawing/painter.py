@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """The painter's algorithm: triangles sorted from far to near (Newell et al., 1972, step one)."""
-from flag_sim.jit.kernels import kernel
+from flag_sim.jit.kernels import late_kernel
 
 import numpy as np
 
@@ -30,7 +30,7 @@ def far_to_near(triangles: np.ndarray, view: np.ndarray) -> np.ndarray:
     return np.argsort(-depths, kind='stable').astype(np.int32)
 
 
-@kernel
+@late_kernel
 def _sums_of_depths(triangles, view, depths):
     for t in range(triangles.shape[0]):
         depths[t] = view[triangles[t, 0], 2] + view[triangles[t, 1], 2] + view[triangles[t, 2], 2]

@@ -177,12 +177,13 @@ class Picture:
         if any(known != shape for known, _ in self._buffers.values()):
             self._buffers = {}
         taken = np.zeros(1, np.int64)
+        rare = True if style.outline or primitives else None
 
         def work(thread):
             if thread not in self._buffers:
                 self._buffers[thread] = shape, new_buffers(*shape)
             draw_bands(taken, geometry, colours, order, settings, self._buffers[thread][1],
-                       images)
+                       images, rare)
 
         self._pool.parallel_for(work)
 

@@ -15,7 +15,7 @@
 """Pixels in a row: vectors of them, regions of a buffer, and how a colour is packed."""
 from typing import NamedTuple
 
-from flag_sim.jit.kernels import inner_kernel
+from flag_sim.jit.kernels import late_inner_kernel
 
 import numpy as np
 
@@ -39,7 +39,7 @@ class Region(NamedTuple):
     stride: int
 
 
-@inner_kernel
+@late_inner_kernel
 def clamp(value, least, most):
     """
     Return `value`, or `least` or `most` if it lies beyond them.
@@ -50,12 +50,12 @@ def clamp(value, least, most):
     return min(max(value, least), most)
 
 
-@inner_kernel
+@late_inner_kernel
 def pack_rgb(red, green, blue):
     """Round channels within 0..255 to whole levels and pack them in a uint32, red lowest."""
     return _level(red) | (_level(green) << np.uint32(8)) | (_level(blue) << np.uint32(16))
 
 
-@inner_kernel
+@late_inner_kernel
 def _level(value):
     return np.uint32(np.int32(value + np.float32(0.5)))

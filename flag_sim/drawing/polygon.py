@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 from flag_sim.drawing.clipping import clip, CORNER_FIELDS, INSIDE, MAX_CORNERS
 from flag_sim.drawing.geometry import to_screen
-from flag_sim.jit.kernels import inner_kernel, kernel
+from flag_sim.jit.kernels import late_inner_kernel, late_kernel
 
 import numpy as np
 
@@ -49,7 +49,7 @@ def new_polygon() -> Polygon:
                    np.empty((CAPACITY, 6)), np.empty((6, 5)))
 
 
-@kernel
+@late_kernel
 def assemble_polygon(geometry, colours, triangle, state, polygon):
     """
     Write what is seen of a triangle into `polygon`; return its number of corners and its side.
@@ -98,7 +98,7 @@ def assemble_polygon(geometry, colours, triangle, state, polygon):
     return count, side
 
 
-@inner_kernel
+@late_inner_kernel
 def _side_on_screen(vertices, a, b, c):
     """Return which side a triangle shows: 0 front (counterclockwise), 1 back, -1 its edge."""
     u, v = vertices.u, vertices.v
@@ -108,7 +108,7 @@ def _side_on_screen(vertices, a, b, c):
     return 0 if area < 0 else 1 if area > 0 else -1
 
 
-@kernel
+@late_kernel
 def _side_in_space(view, a, b, c, is_perspective):
     """Return the same from the points in space: in perspective by the side that the eye is on."""
     px, py, pz = view[b, 0] - view[a, 0], view[b, 1] - view[a, 1], view[b, 2] - view[a, 2]

@@ -32,7 +32,7 @@ from flag_sim.drawing.polygon import assemble_polygon
 from flag_sim.drawing.scanline import draw_large
 from flag_sim.drawing.triangle_setup import BATCH
 from flag_sim.drawing.visibility import Primitives
-from flag_sim.jit.kernels import kernel
+from flag_sim.jit.kernels import late_kernel
 
 import numpy as np
 
@@ -81,12 +81,13 @@ class Target(NamedTuple):
     stride: int
 
 
-@kernel
-def rasterize(geometry, colours, indices, state, target, batch, polygon):
+@late_kernel
+def rasterize(geometry, colours, indices, state, target, batch, polygon, rare):
     """
     Draw the triangles with `indices`, none of which may have an INVALID vertex.
 
-    batch, polygon: scratch memory. Primitives get IDs from 1 on (see max_primitive_ids).
+    batch, polygon: scratch memory. Primitives get IDs from 1 on (see max_primitive_ids). rare:
+    None if there are neither outlines nor IDs, else True.
     """
     sizes, count = geometry.sizes, np.uint64(indices.size)
     next_id, k = np.int64(1), np.uint64(0)
@@ -96,17 +97,18 @@ def rasterize(geometry, colours, indices, state, target, batch, polygon):
             while k < count and k - first < BATCH and sizes[indices[k]] == size:
                 k += np.uint64(1)
             next_id = draw_batch(geometry, colours, indices[np.int64(first):np.int64(k)], state,
-                                 next_id, target, batch)
+                                 next_id, target, batch, rare)
             continue
         triangle = np.int64(indices[k])
         k += np.uint64(1)
         corners, side = assemble_polygon(geometry, colours, triangle, state, polygon)
         face = 2 * triangle + side
         for corner in range(2, corners):
-            if draw_large(polygon, corner, face, state, next_id, target):
+            if draw_large(polygon, corner, face, state, next_id, target, rare):
                 next_id += 1
-        if state.is_outlined and corners > 0:
-            draw_outline(polygon, corners, state, next_id - 1, target)
+        if rare is not None:
+            if state.is_outlined and corners > 0:
+                draw_outline(polygon, corners, state, next_id - 1, target)
 
 
 def max_primitive_ids(geometry) -> int:

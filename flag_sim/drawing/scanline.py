@@ -23,18 +23,18 @@ from flag_sim.drawing.depth import is_nearer
 from flag_sim.drawing.geometry import next_centre, SUBPIXELS
 from flag_sim.drawing.pixels import clamp, LANES, pack_rgb, WHOLE_VECTORS
 from flag_sim.drawing.visibility import store_primitive
-from flag_sim.jit.kernels import inner_kernel, kernel
+from flag_sim.jit.kernels import late_inner_kernel, late_kernel
 
 import numpy as np
 
 
-@kernel
-def draw_large(polygon, last, face, state, primitive_id, target):
+@late_kernel
+def draw_large(polygon, last, face, state, primitive_id, target, rare):
     """
     Draw the triangle of a polygon's corners 0, last - 1 and last.
 
-    face: twice the index of the triangle that it is part of, plus the side; state, target: see
-    rasterizer. Returns whether the primitive ID is in use now.
+    face: twice the index of the triangle that it is part of, plus the side; state, target, rare:
+    see rasterizer. Returns whether the primitive ID is in use now.
     """
     _, u, v, values, planes = polygon
     b, c = last - 1, last
@@ -54,13 +54,14 @@ def draw_large(polygon, last, face, state, primitive_id, target):
     slopes = ac_v * scale, -ac_u * scale, -ab_v * scale, ab_u * scale
     for q in range(4):
         _plane(polygon, (0, b, c), q, slopes, q > 0 and state.is_perspective_correct)
-    if target.primitive_ids.size > 0:
-        for q in range(4, 6):
-            _plane(polygon, (0, b, c), q, slopes, False)
-        store_primitive(target.primitives, primitive_id, face,
-                        (planes[4, 0], planes[4, 1], planes[4, 2]),
-                        (planes[5, 0], planes[5, 1], planes[5, 2]),
-                        (a_u / SUBPIXELS, a_v / SUBPIXELS))
+    if rare is not None:
+        if target.primitive_ids.size > 0:
+            for q in range(4, 6):
+                _plane(polygon, (0, b, c), q, slopes, False)
+            store_primitive(target.primitives, primitive_id, face,
+                            (planes[4, 0], planes[4, 1], planes[4, 2]),
+                            (planes[5, 0], planes[5, 1], planes[5, 2]),
+                            (a_u / SUBPIXELS, a_v / SUBPIXELS))
     sign = 1 if area > 0 else -1
     du, dv = left * SUBPIXELS - a_u, top * SUBPIXELS - a_v
     # From a to b, from c to a and from b to c, inside to the left.
@@ -78,11 +79,11 @@ def draw_large(polygon, last, face, state, primitive_id, target):
             pixel = (row - target.top) * target.stride + left + first
             offset = left + first - a_u / SUBPIXELS, row - a_v / SUBPIXELS
             draw_span(np.uint64(pixel), np.uint64(end_of_row - first), planes, offset, state,
-                      primitive_id, target)
+                      primitive_id, target, rare)
     return True
 
 
-@inner_kernel
+@late_inner_kernel
 def _plane(polygon, corners, q, slopes, is_times_s):
     """
     Write polygon.planes[q]: value q at the first of three corners, its changes, its range.
@@ -102,25 +103,28 @@ def _plane(polygon, corners, q, slopes, is_times_s):
     planes[q, 3], planes[q, 4] = min(at_a, at_b, at_c), max(at_a, at_b, at_c)
 
 
-@inner_kernel
-def draw_span(first, count, planes, offset, state, primitive_id, target):
+@late_inner_kernel
+def draw_span(first, count, planes, offset, state, primitive_id, target, rare):
     """
     Draw pixels first .. first + count - 1 where they are nearer than what is stored.
 
-    planes: of a Polygon; offset: of the first pixel from the planes' corner, columns and rows.
+    planes: of a Polygon; offset: of the first pixel from the planes' corner, columns and rows;
+    state, target, rare: see rasterizer.
     The loop runs over whole vectors, with the lanes beyond the end masked. What never changes in
     it is passed as literals, so that each case gets a loop of its own.
     """
     span = (first, count, np.uint32(primitive_id), state.depth_ceiling)
-    if target.primitive_ids.size > 0:
-        _draw_pixels(span, planes, offset, target, state.is_perspective_correct, True)
-    elif state.is_perspective_correct:
+    if rare is not None:
+        if target.primitive_ids.size > 0:
+            _draw_pixels(span, planes, offset, target, state.is_perspective_correct, True)
+            return
+    if state.is_perspective_correct:
         _draw_pixels(span, planes, offset, target, True, False)
     else:
         _draw_pixels(span, planes, offset, target, False, False)
 
 
-@inner_kernel
+@late_inner_kernel
 def _draw_pixels(span, planes, offset, target, is_perspective_correct, stores_ids):
     first, count, primitive_id, ceiling = span
     depth, colour, primitive_ids = target.depth, target.colour, target.primitive_ids
@@ -143,7 +147,7 @@ def _draw_pixels(span, planes, offset, target, is_perspective_correct, stores_id
                 primitive_ids[first + j] = primitive_id
 
 
-@inner_kernel
+@late_inner_kernel
 def _value(planes, q, offset):
     """Return value q at an offset from the planes' corner, its change a column, least and most."""
     du, dv = offset

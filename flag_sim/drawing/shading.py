@@ -17,7 +17,7 @@ import dataclasses
 import math
 from typing import NamedTuple
 
-from flag_sim.jit.kernels import kernel
+from flag_sim.jit.kernels import late_kernel
 from flag_sim.parameters import checks
 from flag_sim.parameters.declaration import TURN
 from flag_sim.parameters.declared import Declared, declared
@@ -134,7 +134,7 @@ def shade(points: np.ndarray, normals: np.ndarray, viewpoint: np.ndarray, surfac
         _add_specular(points, normals, viewpoint, lighting, colours)
 
 
-@kernel
+@late_kernel
 def _shade_diffuse(normals, lighting, color, colours):
     """Write color (ambient + diffuse max(0, +-n . l) + transmitted max(0, -+n . l))."""
     lx, ly, lz = lighting.sun
@@ -159,7 +159,7 @@ def _shade_diffuse(normals, lighting, color, colours):
         out[q + np.uint64(5)] = min(blue * level, 255.0)
 
 
-@kernel
+@late_kernel
 def _add_specular(points, normals, viewpoint, lighting, colours):
     """Add specular (n . h)^shininess, h halfway between sun and eye, on the side of the sun."""
     lx, ly, lz = lighting.sun

@@ -25,7 +25,7 @@ from flag_sim.drawing.coverage import edge_function
 from flag_sim.drawing.geometry import next_centre, SUBPIXELS
 from flag_sim.drawing.pixels import LANES
 from flag_sim.drawing.visibility import store_primitive
-from flag_sim.jit.kernels import inner_kernel, kernel
+from flag_sim.jit.kernels import late_inner_kernel, late_kernel
 
 import numpy as np
 
@@ -67,7 +67,7 @@ def new_batch() -> Batch:
                  np.empty(3 * VALUES * BATCH, np.float32))
 
 
-@inner_kernel
+@late_inner_kernel
 def gather(geometry, colours, indices, state, batch):
     """
     Read the corners of triangles with `indices` into the batch, but no backs of closed bodies.
@@ -105,7 +105,7 @@ def gather(geometry, colours, indices, state, batch):
     return kept
 
 
-@inner_kernel
+@late_inner_kernel
 def set_up(count, width, is_perspective_correct, batch):
     """
     Compute edge functions and planes of a batch's first `count` triangles.
@@ -163,7 +163,7 @@ def set_up(count, width, is_perspective_correct, batch):
     return has_thin != 0
 
 
-@inner_kernel
+@late_inner_kernel
 def _plane(values, planes, k, q, slopes, factors):
     """Write the plane of triangle k's value q, multiplied by factors at a, b and c."""
     b_du, b_dv, c_du, c_dv, x, y = slopes
@@ -176,7 +176,7 @@ def _plane(values, planes, k, q, slopes, factors):
     planes[DU + place], planes[DV + place] = change_u, change_v
 
 
-@inner_kernel
+@late_inner_kernel
 def _is_thin(values, k, extent, area, columns, is_perspective_correct):
     """
     Whether values of triangle k must be clamped to their range.
@@ -195,7 +195,7 @@ def _is_thin(values, k, extent, area, columns, is_perspective_correct):
     return not reach < most
 
 
-@kernel
+@late_kernel
 def store_primitives(count, is_perspective, first_id, primitives, batch):
     """Write a batch's first `count` triangles as primitives with IDs from first_id on."""
     integers, values = batch.integers, batch.values

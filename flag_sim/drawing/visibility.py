@@ -25,7 +25,7 @@ leaves it.
 """
 from typing import NamedTuple
 
-from flag_sim.jit.kernels import inner_kernel, kernel
+from flag_sim.jit.kernels import late_inner_kernel, late_kernel
 
 import numpy as np
 
@@ -69,7 +69,7 @@ def new_primitives(count: int) -> Primitives:
     return Primitives(np.empty(count, np.int32), np.empty((count, 6)))
 
 
-@inner_kernel
+@late_inner_kernel
 def store_primitive(primitives, primitive_id, face, weight_b, weight_c, origin):
     """
     Write a primitive.
@@ -86,7 +86,7 @@ def store_primitive(primitives, primitive_id, face, weight_b, weight_c, origin):
     planes[primitive_id, 4], planes[primitive_id, 5] = weight_c[1], weight_c[2]
 
 
-@kernel
+@late_kernel
 def write_visibility(primitive_ids, depth, region, is_perspective, primitives, images):
     """
     Resolve what the pixels of a Region see.

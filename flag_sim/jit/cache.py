@@ -23,7 +23,7 @@ nobody else can put a file: beside the package, which is trusted as much as the 
 where the user says, by NUMBA_CACHE_DIR; or in a folder of this user's own. Without one, kernels
 are compiled at every start.
 """
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 import contextlib
 import functools
 import hashlib
@@ -31,6 +31,7 @@ import os
 from pathlib import Path
 import stat
 import tempfile
+import threading
 
 from flag_sim.jit.compilers import PartLibrary
 import numba
@@ -171,11 +172,33 @@ class _CacheFile(IndexDataCacheFile):
 
 
 _missed = []  # kernels that no cache held: each was compiled by this process
+_local = threading.local()
+
+
+class NotKept(Exception):
+    """A kernel that was only to be loaded is not kept."""
 
 
 def compilations() -> int:
     """Return how many kernels this process has begun to compile; the others it only loaded."""
     return len(_missed)
+
+
+@contextlib.contextmanager
+def loading_alone() -> Iterator[None]:
+    """Raise NotKept where, in the `with` block, this thread would have to compile a kernel."""
+    _local.is_loading = True
+    try:
+        yield
+    finally:
+        _local.is_loading = False
+
+
+def _miss(name):
+    """Note a kernel that no cache held."""
+    if getattr(_local, 'is_loading', False):
+        raise NotKept(name)
+    _missed.append(name)
 
 
 class KernelCache(FunctionCache):
@@ -193,7 +216,7 @@ class KernelCache(FunctionCache):
     def load_overload(self, sig, target_context):
         found = super().load_overload(sig, target_context)
         if found is None:
-            _missed.append(self._py_func.__qualname__)
+            _miss(self._py_func.__qualname__)
         return found
 
 
@@ -211,7 +234,7 @@ class NoKernelCache(NullCache):
 
     def load_overload(self, sig, target_context):
         del sig, target_context
-        _missed.append(self._name)
+        _miss(self._name)
 
 
 def kernel_cache(kind: type[KernelCache], function: Callable) -> KernelCache | NoKernelCache:

@@ -15,10 +15,11 @@
 """
 What numba is told beyond its public options: the classes that compile a kernel.
 
-They exist for four things that numba's options cannot say: that arrays do not overlap, how wide
-vectors are, that what only other kernels call needs no machine code, and that a kernel's machine
-code is its own. The last is for the sake of 'contract', which lets LLVM round a * b + c once
-wherever it can, and that depends on what the kernel was inlined into.
+They exist for what numba's options cannot say: that arrays do not overlap, how wide vectors are,
+that what only other kernels call needs no machine code and may be optimised with these alone, how
+compiling is made quicker (see inference), and that a kernel's machine code is its own. The last is
+for the sake of 'contract', which lets LLVM round a * b + c once wherever it can, and that depends
+on what the kernel was inlined into.
 
 An explicit fused multiply-add, llvm.fma by numba's `intrinsic`, with 'contract' off, would not
 depend on it, and was tried: every a * b + c of an expression rewritten so, left product first. It
@@ -27,12 +28,13 @@ is as fast (a frame of the cloth 1.00 times as long, quartiles 0.99 and 1.02; wi
 the same byte as by 'contract', but not rk4, xpbd and implicit, and none of them at the pole. As
 the bytes of a motion are to stay, so do these classes.
 """
+from flag_sim.jit.inference import few_collections, remembered_calls
 from llvmlite.binding import Linkage, parse_bitcode
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.compiler_machinery import register_pass
 from numba.core.lowering import Lower
-from numba.core.typed_passes import NativeLowering
+from numba.core.typed_passes import NativeLowering, NopythonTypeInference
 
 
 class _Library(JITCodeLibrary):
@@ -87,15 +89,38 @@ class PartLibrary(_Library):
         return library
 
 
+class _LatePartLibrary(PartLibrary):
+    """
+    A part that LLVM optimises only within what calls it.
+
+    Else all that a kernel calls, and what that calls, is optimised once for each level.
+    """
+
+    def _optimize_final_module(self):
+        pass
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _TypeInference(NopythonTypeInference):
+    """Finds the types of a kernel; what a call returns is looked up once."""
+
+    _name = 'kernel_type_inference'
+
+    def run_pass(self, state):
+        with remembered_calls(state.typingctx):
+            return super().run_pass(state)
+
+
 @register_pass(mutates_CFG=True, analysis_only=False)
 class _Lowering(NativeLowering):
     """Puts a kernel into a library of its own; one that Python cannot call becomes a part."""
 
     _name = 'kernel_lowering'
+    part_library = PartLibrary
 
     def run_pass(self, state):
         is_part = state.flags.no_cpython_wrapper
-        kind = PartLibrary if is_part else _Library
+        kind = self.part_library if is_part else _Library
         state.library = kind(state.targetctx.codegen(), state.func_id.func_qualname)
         state.library.enable_object_caching()  # as numba does with its own
         state.flags.no_compile = is_part
@@ -112,11 +137,16 @@ class KernelCompiler(Compiler):
     lowering = _Lowering
 
     def define_pipelines(self):
+        own = {NativeLowering: self.lowering, NopythonTypeInference: _TypeInference}
         pipelines = super().define_pipelines()
         for pipeline in pipelines:
-            pipeline.passes = [(self.lowering if step is NativeLowering else step, description)
+            pipeline.passes = [(own.get(step, step), description)
                                for step, description in pipeline.passes]
         return pipelines
+
+    def compile_extra(self, func):
+        with few_collections():
+            return super().compile_extra(func)
 
 
 class NoAliasCompiler(KernelCompiler):
@@ -156,6 +186,34 @@ class InnerCompiler(NoAliasCompiler):
     """Compiles a kernel that becomes a part of its callers."""
 
     lowering = _InnerLowering
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _LateLowering(_Lowering):
+    """Lowers a kernel whose part is optimised only within its callers."""
+
+    _name = 'late_lowering'
+    part_library = _LatePartLibrary
+
+
+class LateCompiler(NoAliasCompiler):
+    """Compiles a kernel that is optimised only within those that call it."""
+
+    lowering = _LateLowering
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _LateInnerLowering(_LateLowering):
+    """Lowers a kernel by _InnerLower whose part is optimised only within its callers."""
+
+    _name = 'late_inner_lowering'
+    lowering_class = _InnerLower
+
+
+class LateInnerCompiler(NoAliasCompiler):
+    """Compiles a kernel that becomes a part of its callers and is optimised only there."""
+
+    lowering = _LateInnerLowering
 
 
 class _WideLower(Lower):

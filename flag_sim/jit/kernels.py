@@ -23,7 +23,8 @@ from collections.abc import Callable
 import functools
 
 from flag_sim.jit.cache import kernel_cache, KernelCache, PartCache
-from flag_sim.jit.compilers import InnerCompiler, KernelCompiler, NoAliasCompiler, WideCompiler
+from flag_sim.jit.compilers import (
+    InnerCompiler, KernelCompiler, LateCompiler, LateInnerCompiler, NoAliasCompiler, WideCompiler)
 import numba
 
 
@@ -96,3 +97,16 @@ The option is private to numba; a kernel that made an array with it would not co
 
 lean_inner_kernel = functools.partial(inner_kernel, _nrt=False)
 """A lean kernel that becomes a part of its callers."""
+
+late_kernel = functools.partial(kernel, pipeline_class=LateCompiler, _nrt=False)
+"""
+A lean kernel that is optimised for its callers only as a part of them.
+
+For kernels that call others, which call others: those of drawing, six levels, compile in 0.7 of
+the time, and a picture takes 0.83 of the time with 241 x 161 nodes, 0.93 with 61 x 41 (1280x720,
+one thread; medians of 40 turns, on a machine that was busy), with the same bytes. A motion would
+not be the same to the byte.
+"""
+
+late_inner_kernel = functools.partial(kernel, pipeline_class=LateInnerCompiler, _nrt=False)
+"""A late kernel that becomes a part of its callers."""

@@ -18,16 +18,16 @@ import sys
 import time
 
 from flag_sim.cloth.simulation import MAX_WIND
-from flag_sim.declarations.moving_cloth import kernels_of, MovingCloth, warm_up
+from flag_sim.declarations.moving_cloth import CLOTH_KERNELS, MovingCloth
 from flag_sim.declarations.physics import PHYSICS
 from flag_sim.declarations.scene import check_scene
-from flag_sim.jit.cache import compilations
 from flag_sim.parameters import checks
 from flag_sim.protocol.frames import FrameId
 from flag_sim.ros import serialized
 from flag_sim.ros.compiling import compiling
 from flag_sim.ros.diagnostics import ERROR, WARN
 from flag_sim.ros.frame_node import FrameNode
+from flag_sim.ros.kernel_switch import KernelSwitch
 from flag_sim.ros.lifecycle import run
 from flag_sim.ros.topics import publish
 import numpy as np
@@ -43,21 +43,21 @@ class Physics(FrameNode):
     A cloth that starts over (in a take's first frame, or when its size changes) first moves for
     `preroll` seconds in that frame's wind, so it depends on nothing but this frame and the
     parameters: it is the same in lockstep, in real time, after a reset and from a bag.
+
+    A solver or precision that was never compiled here is compiled beside: see KernelSwitch.
     """
 
     def __init__(self):
         super().__init__('physics', PHYSICS)
-        self._busy = 0.0, ''  # how long the last frame took [s]; what was compiled or loaded then
-        self._cloth = MovingCloth(self.values)
-        self._warm_up(self.values)
+        self._busy = 0.0  # how long the last frame took [s]
+        with compiling(self, CLOTH_KERNELS.name(self.values)):
+            self._cloth = MovingCloth(self.values)
+            CLOTH_KERNELS.warm_up(self.values)
+        self._kernels = KernelSwitch(self, CLOTH_KERNELS, self.values, self._server.serve)
         self._vertices_out = publish(self, 'vertices')
         self.get_logger().info(
             f'{self.values["grid.columns"]} x {self.values["grid.rows"]} nodes, '
             'waiting for frames')
-
-    def _warm_up(self, values):
-        with compiling(self, kernels_of(values)):
-            warm_up(values)
 
     def check(self, values: Mapping) -> None:
         """Raise ValueError for values that together make no scene."""
@@ -70,17 +70,24 @@ class Physics(FrameNode):
     def restart(self, frame: FrameId) -> None:
         """Lay the cloth out again."""
         del frame
+        self._kernels.restart()
         self._cloth.restart()
+
+    @property
+    def is_compiling(self) -> bool:
+        """Return whether kernels for other values are compiled beside."""
+        return self._kernels.is_compiling
+
+    def is_ready(self, frame: FrameId) -> bool:
+        """Return whether the frame's kernels are ready, or others are to do."""
+        _, keyed = self._server.inputs[frame]
+        return self._kernels.may_serve(frame, {**self.values, **keyed})
 
     def work(self, frame: FrameId, wind: np.ndarray, values: Mapping) -> bytes:
         """Return the frame's PointCloud2, serialised."""
-        begin, before = time.monotonic(), compilations()
+        begin = time.monotonic()
         self._warn_if_joined(frame, values)
-        prepared = ''
-        if kernels_of(values) != kernels_of(self._cloth.values):
-            self._warm_up(values)
-            doing = 'compiling' if compilations() > before else 'loading'
-            prepared = f'{doing} {kernels_of(values)}'
+        values = self._kernels.usable(values)
         # A pre-roll of a fine grid takes a while: Ctrl-C ends it.
         entries = self._cloth.advance_to(frame.stamp, wind, values, self.context.ok)
         for entry in entries:
@@ -91,7 +98,7 @@ class Physics(FrameNode):
             self._log.warn(f'{self._cloth.gap:.3f} s between two frames is more than max_gap = '
                            f'{values["max_gap"]:g} s: it is not simulated; '
                            f'{self._cause_of_gap(self._cloth.gap)}')
-        self._busy = time.monotonic() - begin, prepared
+        self._busy = time.monotonic() - begin
         positions = self._cloth.positions
         points = np.concatenate([positions, self._cloth.normals()], axis=2, dtype=np.float32)
         return serialized.cloud(*positions.shape[:2]).at(frame.stamp, points)
@@ -105,11 +112,9 @@ class Physics(FrameNode):
 
     def _cause_of_gap(self, gap):
         """Return why no frame was served for so long, or what can be done about it, in words."""
-        seconds, prepared = self._busy
-        if seconds < 0.5 * gap:  # they were not sent, or not by this clock
+        if self._busy < 0.5 * gap:  # they were not sent, or not by this clock
             return 'a greater max_gap would simulate them'
-        return (f'physics itself was busy for {seconds:.1f} s'
-                + (f', {prepared}' if prepared else ' with the frame before'))
+        return f'physics itself was busy for {self._busy:.1f} s with the frame before'
 
     def status(self) -> tuple[bytes, str, dict]:
         """Return the level, a message and what the cloth and its steps are like."""
@@ -125,6 +130,11 @@ class Physics(FrameNode):
         del stamp
         with self._stopwatch.measure('publish'):
             self._vertices_out.publish(answer)
+
+    def close(self) -> None:
+        """End what is compiled beside; log where the time went."""
+        self._kernels.close()
+        super().close()
 
 
 def main(args: Sequence[str] | None = None) -> int:

@@ -18,6 +18,7 @@ import sys
 import time
 
 from flag_sim.declarations.factories import Look, look_of
+from flag_sim.declarations.picture_kernels import PICTURE_KERNELS
 from flag_sim.declarations.renderer import RENDERER
 from flag_sim.declarations.scene import check_scene
 from flag_sim.drawing import Picture
@@ -27,6 +28,7 @@ from flag_sim.ros import serialized
 from flag_sim.ros.cloud_reader import CloudReader
 from flag_sim.ros.compiling import compiling
 from flag_sim.ros.frame_node import FrameNode
+from flag_sim.ros.kernel_switch import KernelSwitch
 from flag_sim.ros.lifecycle import run
 from flag_sim.ros.topics import DEPTH, publish, publishers, subscribe
 import numpy as np
@@ -65,7 +67,9 @@ class Renderer(FrameNode):
         self._clouds = StampBuffer(DEPTH)  # positions and normals
         self._is_insisted = False  # whether the cloud that came last had come before
         self._first = None  # stamp of the take's first frame [ns]
-        self._warm_up()
+        with compiling(self, PICTURE_KERNELS.name(self.values)):
+            PICTURE_KERNELS.warm_up(self.values)
+        self._kernels = KernelSwitch(self, PICTURE_KERNELS, self.values, self._server.serve)
         # Made after that, for the number of threads is chosen by how long its first frames take.
         self._picture = Picture(self.values['threads'])
         self._camera_out = {name: publish(self, f'camera/{name}')
@@ -82,12 +86,6 @@ class Renderer(FrameNode):
         self.get_logger().info(
             f'{self.values["width"]} x {self.values["height"]} pixels, waiting for vertices')
 
-    def _warm_up(self):
-        """Compile or load the kernels of the present kind of picture before the first frame."""
-        square = np.array([[[0.0, 0.0, 9.0], [1.0, 0.0, 9.0]], [[0.0, 0.0, 8.0], [1.0, 0.0, 8.0]]])
-        with compiling(self, 'the rasterizer'):
-            Picture().draw(square, None, *look_of(self.values))
-
     def check(self, values: Mapping) -> None:
         """Raise ValueError for values that together make no scene."""
         check_scene(values)
@@ -101,12 +99,16 @@ class Renderer(FrameNode):
         Without a wind there are no takes, and none is forgotten.
         """
         self._first = frame.stamp
+        self._kernels.restart()
         if frame.take is not None:
             self._clouds.keep({early.stamp for early in self._server.order.waiting.values()})
 
     def is_ready(self, frame: FrameId) -> bool:
-        """Return whether the frame's vertices have come."""
-        return frame.stamp in self._clouds
+        """Return whether the frame's vertices have come, and it has kernels to be drawn with."""
+        if frame.stamp not in self._clouds:
+            return False
+        _, keyed = self._server.inputs[frame]
+        return self._kernels.may_serve(frame, {**self.values, **keyed})
 
     def _on_vertices(self, data, info):
         try:
@@ -176,6 +178,7 @@ class Renderer(FrameNode):
 
     def work(self, frame: FrameId, wind: np.ndarray, values: Mapping) -> Drawing:
         """Return the frame's Drawing, drawn if it has subscribers."""
+        values = self._kernels.usable(values)
         if values != self._values:
             self._values, self._look = values, look_of(values)
         drawing = Drawing(self._clouds.take(frame.stamp), self._look)
@@ -222,6 +225,11 @@ class Renderer(FrameNode):
         present = self._values or self.values
         return level, message, {**values, 'width [pixels]': present['width'],
                                 'height [pixels]': present['height']}
+
+    def close(self) -> None:
+        """End what is compiled beside; log where the time went."""
+        self._kernels.close()
+        super().close()
 
 
 def main(args: Sequence[str] | None = None) -> int:

@@ -142,7 +142,7 @@ def floor(flag, normals):
         for top, count in bands:
             region = Region(top, 0, min(BAND, CAMERA.height - top), first, last, buffers.stride)
             clear(buffers, settings, region)
-            draw_span(np.uint64(0), count, planes, (0.0, 0.0), state, 0, target)
+            draw_span(np.uint64(0), count, planes, (0.0, 0.0), state, 0, target, None)
             write_rgb(buffers.colour, region, CAMERA.width, images.rgb, images.rgb_words)
 
     return draw

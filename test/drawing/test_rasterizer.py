@@ -187,7 +187,7 @@ def test_hostile_vertices_write_nothing_outside():
                         NO_PRIMITIVES, 0, HEIGHT, WIDTH, STRIDE)
         rasterize(geometry, Colours(np.full((12000, 2, 3), 128.0), False), indices[:count],
                   RasterizerState(np.int32(0), np.int32(0), np.float32(np.inf), False, True),
-                  target, BATCH, POLYGON)
+                  target, BATCH, POLYGON, None)
         for buffer, clear in ((depth, np.float32(-1e30)), (colour, 77)):
             assert (buffer[:margin] == clear).all() and (buffer[-margin:] == clear).all()
         assert np.isfinite(depth).all()

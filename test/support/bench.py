@@ -16,6 +16,7 @@
 from flag_sim.nodes.physics import Physics
 from flag_sim.protocol.frames import FrameId
 from flag_sim.ros import messages
+import rclpy
 from rclpy.parameter import Parameter
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import PointCloud2
@@ -29,10 +30,12 @@ class Bench:
     """
     The node and what it answers; nothing is spun, every call is the whole of its work.
 
-    ROS must have been initialised; `close` the bench at the end.
+    ROS must have been initialised; `close` the bench at the end. waits: whether a call spins the
+    node while it compiles for a solver that was never compiled here.
     """
 
-    def __init__(self):
+    def __init__(self, waits=True):
+        self._waits = waits
         self.node = Physics()
         self.clouds = []
         publish = self.node.answer
@@ -47,6 +50,8 @@ class Bench:
         """Let a message arrive on `parameters`; return the cloud that answers it, or None."""
         before = len(self.clouds)
         hear(self.node, 'parameters', message)
+        while self._waits and self.node.is_compiling:
+            rclpy.spin_once(self.node, timeout_sec=0.1)
         return self.clouds[-1] if len(self.clouds) > before else None
 
     def message(self, time, wind=WIND, keyed=None):

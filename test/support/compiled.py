@@ -16,12 +16,6 @@
 import subprocess
 import sys
 
-FEW_COLLECTIONS = """
-import gc
-gc.set_threshold(100_000)
-"""
-"""The compiler makes many objects that live: looking for others takes 7 % of its time."""
-
 MOVE = """
 from flag_sim.cloth import Cloth
 from flag_sim.cloth.solvers import SOLVERS
@@ -34,7 +28,7 @@ DRAW = """
 from flag_sim.drawing import Camera, Picture, Style
 import numpy as np
 flag = np.random.default_rng(1).normal(size=(5, 7, 3))
-for style in Style(), Style(samples=4):
+for style in Style(samples=4), Style(outline=True):
     Picture().draw(flag, camera=Camera(64, 48), style=style, channels=['depth'])
 """
 
@@ -47,7 +41,7 @@ def compile_kernels():
     it, not this.
     """
     programs = [MOVE.format(precision='float64'), MOVE.format(precision='float32'), DRAW]
-    processes = [subprocess.Popen([sys.executable, '-c', FEW_COLLECTIONS + program],
+    processes = [subprocess.Popen([sys.executable, '-c', program],
                                   stderr=subprocess.DEVNULL)
                  for program in programs]
     for process in processes:

@@ -58,7 +58,8 @@ def draw(corners, reversed_z=1.0, colours=255.0, is_perspective_correct=False, b
         found, _, _ = triangles_in_rows(order, top, end, indices)
         target = Target(colour[top:end].reshape(-1), depth[top:end].reshape(-1), NO_IDS,
                         NO_PRIMITIVES, top, end, WIDTH, STRIDE)
-        rasterize(geometry, Colours(values, False), indices[:found], state, target, BATCH, POLYGON)
+        rasterize(geometry, Colours(values, False), indices[:found], state, target, BATCH, POLYGON,
+                  None)
     return depth[:, :WIDTH], colour[:, :WIDTH]
 
 
