@@ -22,8 +22,9 @@ import math
 from typing import NamedTuple
 
 from flag_sim.declarations.factories import cloth_of, hang_of, look_of
-from flag_sim.study.measures import behaves, errors, rests, summary
-from flag_sim.study.measures.judge import EXACT, Judge, LENGTH, OTHER_GUSTS, RUNS, SETTLE, work
+from flag_sim.study.measures import behaves, errors, ranking, rests, summary
+from flag_sim.study.measures.judge import (
+    halved, Judge, LENGTH, OTHER_GUSTS, RUNS, SETTLE, work)
 from flag_sim.study.measures.reference import LEAD, nested, on_grid, SPACING, SPIN_UP
 from flag_sim.study.measures.settings import changed, Settings
 from flag_sim.study.runner import key_of, measure_missing, print_progress
@@ -79,25 +80,27 @@ def require(settings: Settings) -> None:
     """
     at_rest = cloth_of(settings).positions
     errors.pixel_distances(at_rest, at_rest, look_of(settings).camera)
-    coarsest = on_grid(settings, 21, 31, **EXACT)
-    if work(coarsest) > MAX_WORK:
+    coarsest = work(settings, 21, 31)
+    if coarsest > MAX_WORK:
         raise ValueError(
             f'a reference may take {MAX_WORK:.0e} nodes times steps a second, and this sheet '
-            f'needs {work(coarsest):.1e} on 31 x 21 nodes: lower its stiffness or damping')
+            f'needs {coarsest:.1e} on 31 x 21 nodes: lower its stiffness or damping')
 
 
-def predicted(errors_px: list[float], others: int = OTHERS) -> float:
+def predicted(errors_px: list[float], own_px: float = 0.0, others: int = OTHERS) -> float:
     """
     Return what the RMS error [px] of as many `others` windows should stay below.
 
     errors_px: of windows that were measured; inf if one diverged. The mean of their squares is
     predicted for new windows with its standard deviation, the root of s2 (1 / n + 1 / others).
+    own_px: error of the reference, from which that of settings is independent, so that the
+    squares of both add up.
     """
     squares = np.square(errors_px)
     if not np.all(np.isfinite(squares)):
         return math.inf
     spread = np.std(squares, ddof=1) * math.sqrt(1.0 / len(squares) + 1.0 / others)
-    return math.sqrt(np.mean(squares) + MARGIN * spread)
+    return math.sqrt(np.mean(squares) + own_px**2 + MARGIN * spread)
 
 
 class Verdict(NamedTuple):
@@ -109,6 +112,7 @@ class Verdict(NamedTuple):
     behaves: float = math.nan  # see Judge.behave; NaN: not looked at
     rests: float = math.nan    # see Judge.rest
     sag_mm: float = math.nan
+    own_px: float = 0.0        # error of the reference itself
 
     @property
     def error_px(self) -> float:
@@ -118,7 +122,7 @@ class Verdict(NamedTuple):
     @property
     def bound_px(self) -> float:
         """Return what the error of another shot should stay below [pixel]."""
-        return predicted(self.errors_px)
+        return predicted(self.errors_px, self.own_px)
 
     def is_sound(self, length: float) -> bool:
         """Return whether it behaves, rests and does not hang too long; length: of the flag [m]."""
@@ -168,13 +172,13 @@ class Search:
 
     def minutes(self) -> float:
         """Return how long the references and one candidate of the user's grid may take [min]."""
-        fine, half, middle, own = (work(on_grid(self.settings, *grid, **EXACT)) for grid in (
-            self.judge.finest, [(count + 1) // 2 for count in self.judge.finest],
-            self.judge.middle, (self.settings['grid.rows'], self.settings['grid.columns'])))
+        fine, half, middle, own = (work(self.settings, *grid) for grid in (
+            self.judge.finest, halved(self.judge.finest), self.judge.middle,
+            (self.settings['grid.rows'], self.settings['grid.columns'])))
         shot = SPIN_UP + WINDOWS * SPACING
-        resting = rests.BLOWN + rests.STILLED + rests.FREE
-        nodes = (2 * WINDOWS * (LEAD + self.seconds) * fine
-                 + 2 * shot * half + 0.5 * (RUNS * (SETTLE + LENGTH) + resting) * middle
+        resting = rests.BLOWN + rests.USUAL + rests.FREE
+        nodes = (WINDOWS * (LEAD + self.seconds) * fine
+                 + shot * half + 0.5 * (RUNS * (SETTLE + LENGTH) + resting) * middle
                  + (2 * WINDOWS * self.seconds + RUNS * (SETTLE + LENGTH) + resting) * own)
         return 1e-9 * NODE_NS * nodes / 60.0
 
@@ -242,7 +246,22 @@ class Search:
         cost = float(np.median(times)) + drawing['drawing_ms'] if times else math.inf
         column = self.judge.columns[0]
         return Verdict(name, cost, [math.inf if row[column] is None else row[column]
-                                    for row in rows])
+                                    for row in rows],
+                       own_px=self.own_px() if windows == WINDOWS else 0.0)
+
+    def own_px(self) -> float:
+        """Return the reference's own error [pixel], over all windows of both shots."""
+        column, rows = self.judge.columns[0], {'half': [], 'quarter': []}
+        for number in range(WINDOWS):
+            for gusts in self.shots:
+                for what, some in rows.items():
+                    some.append(self._row(
+                        'references', what, lambda setting, window, gusts: {
+                            column: self.judge.convergence(window, gusts)[
+                                ('half', 'quarter').index(setting)][column]},
+                        window=number, gusts=gusts))
+        return ranking.own_error(*(summary.total(rows[what], column)
+                                   for what in ('quarter', 'half')))
 
     def errors_of(self, name: str, gusts: int) -> float:
         """Return the RMS error [pixel] of a candidate in all windows of one of the shots."""

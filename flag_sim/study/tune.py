@@ -111,11 +111,11 @@ def _comment(options, search: Search, choice: Choice, settings, nodes):
         f'Follows: {verdict.error_px:.2g} px (RMS) after {search.seconds:.2g} s from a common '
         f'state ({" and ".join(f"{half:.2g}" for half in halves)} px in two',
         f'shots of other gusts, {min(verdict.errors_px):.2g} to {max(verdict.errors_px):.2g} px '
-        f'in their {len(verdict.errors_px)} windows); {options.error_px:g} px are allowed'
-        + ('.' if choice.is_accurate else ':'),
-        *([] if choice.is_accurate else [
-            f'MISSED: other shots may reach {verdict.bound_px:.2g} px; nothing that was tried is '
-            'better at this rate.']),
+        f'in their {len(verdict.errors_px)} windows); {options.error_px:g} px are allowed.',
+        f'By that spread, and by the own error of the reference, {verdict.own_px:.2g} px, other '
+        'shots may reach',
+        f'{verdict.bound_px:.2g} px'
+        + _kept(choice.is_accurate, '; nothing that was tried is better at this rate'),
         'Such a number tells something until the horizon, where two converged runs part: '
         + (f'{horizon:.2g} s.' if horizon else 'more than 0.6 s.'),
         *(['THAT IS SOONER: what was asked is mostly chance, and behaves tells more.']

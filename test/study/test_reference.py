@@ -75,4 +75,3 @@ def test_starts_are_taken_over_exactly(base, soon, tmp_path):
     cloth = own.start(window, base)
     assert np.array_equal(cloth.positions, window.positions[::2, ::2])
     assert np.array_equal(cloth.velocities[:, 1:], window.velocities[::2, ::2][:, 1:])
-    assert np.array_equal(own.on_finest(cloth.positions)[::2, ::2], cloth.positions)

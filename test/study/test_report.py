@@ -38,7 +38,7 @@ def small(monkeypatch):
     base = settings.changed(follows.BASE, {
         'grid.rows': 5, 'grid.columns': 7, 'width': 64, 'height': 48})
     for module, name, value in (
-            *SMALL, (follows, 'BASE', base), (follows, 'DEFAULT', '7 symplectic'),
+            *SMALL, (follows, 'FINEST', (17, 25)), (follows, 'BASE', base), (follows, 'DEFAULT', '7 symplectic'),
             (follows, 'COLUMNS', (4, 7)), (follows, 'FEWER', 7), (follows, 'TURNS', 2),
             (follows, 'REQUIRED', 2), (follows, 'methods', few_methods), (sound, 'FIRST', (7, 4)),
             (study, 'all_sections', lambda: SECTIONS)):
@@ -89,7 +89,7 @@ def test_what_there_was_no_time_for_is_said(small, tmp_path):
     assert run(tmp_path) == 0
     text = (tmp_path / 'report.md').read_text()
     assert 'Not run for lack of time (method on columns): symplectic on 4' in text
-    assert 'Not measured for lack of time: a finer grid' in text
+    assert 'Not measured for lack of time: a finer grid, long' in text
     assert not re.search(r'(\| :?--:? )+\|\n\n', text)
 
 

@@ -41,14 +41,15 @@ class Table:
 
     A frame costs cost_ms times the columns; the error is error_px over the columns, in the shot to
     check on times `refuted`, by columns. restless, odd: columns of grids that do not rest, behave.
+    own_px: error of the reference itself.
     """
 
     cost_ms, error_px = 0.1, 100.0
-    refuted, restless, odd, parted = {}, (), (), 0.4
+    refuted, restless, odd, parted, own_px = {}, (), (), 0.4, 0.0
 
     def __init__(self, monkeypatch):
         self.seen = []
-        for name in ('follow', 'behave', 'rest', 'drawing_ms', 'horizon'):
+        for name in ('follow', 'convergence', 'behave', 'rest', 'drawing_ms', 'horizon'):
             monkeypatch.setattr(Judge, name, self._bound(getattr(self, name)))
 
     @staticmethod
@@ -63,6 +64,11 @@ class Table:
         error = self.error_px / columns * (self.refuted.get(columns, 1.0) if gusts else 1.0)
         slower = 1.0 if settings['precision'] == 'float32' else 1.2
         return {'px_0.2': error, 'physics_ms': self.cost_ms * columns * slower}
+
+    def convergence(self, window, gusts):
+        """Return how far grids are from the reference: it converges, by 4 a halving."""
+        del window, gusts
+        return {'px_0.2': 2.4 * self.own_px}, {'px_0.2': 9.6 * self.own_px}, {}
 
     def behave(self, settings):
         """Return how a grid behaves."""
@@ -154,6 +160,21 @@ def test_the_promise_names_horizon_value_and_spread(table, tmp_path):
         assert words in text, words
 
 
+def test_the_error_of_the_reference_counts(table, tmp_path):
+    """It is named, and what could be kept by the measured error alone is not taken for it."""
+    assert run(tmp_path, 6.3) == 0  # 100 px over 16 columns is 6.25 px
+    assert chosen(tmp_path)['grid.columns'] == 16
+    (tmp_path / 'tuned.yaml').unlink()
+    table.own_px = 2.0
+    assert run(tmp_path, 6.3) == 0
+    assert chosen(tmp_path)['grid.columns'] == 25
+    text = (tmp_path / 'tuned.yaml').read_text()
+    # 4 px of 25 columns, and the root of 4^2 + 2^2.
+    assert 'the own error of the reference, 2 px' in text and '4.5 px.' in text
+    (tmp_path / 'tuned.yaml').unlink()
+    assert run(tmp_path, 1.9) == 1
+
+
 def test_what_is_asked_for_beyond_the_horizon_is_said(table, tmp_path):
     """An error after two converged runs have parted is none of the settings'."""
     table.parted = 0.1
@@ -196,7 +217,7 @@ def test_a_missed_budget_is_said_with_the_best_there_is(table, tmp_path):
     assert run(tmp_path, 1e-6) == 1
     text = (tmp_path / 'tuned.yaml').read_text()
     assert chosen(tmp_path)['grid.columns'] == 61
-    assert 'MISSED: other shots may reach 1.6 px; nothing that was tried is better' in text
+    assert '1.6 px: MISSED; nothing that was tried is better' in text
     (tmp_path / 'tuned.yaml').unlink()
     table.cost_ms = 20.0
     assert run(tmp_path, 1e-6, rate=30.0) == 1

@@ -21,7 +21,6 @@ Rows = list[dict]
 """Rows of measurements {column: value}, None where a run diverged."""
 
 COST = ('physics_ms', 'drawing_ms')  # columns whose sum is what a frame costs
-MIN_GAIN = 0.1  # part of an error that makes a difference
 SIGNIFICANT = 2.0
 """Standard deviations by which two costs must differ to count as two: 1 of 20 pairs errs."""
 QUARTILE = 0.6745  # of the standard normal distribution: half of all values are nearer to zero
@@ -118,34 +117,3 @@ def _log_costs(rows):
              for some in grouped(rows, 'setting').values()
              if not any(row[column] is None for row in some for column in COST)]
     return np.log(np.array(found).reshape(len(found), -1 if found else 0))
-
-
-def frontier(points: list[tuple[float, float]], same: float) -> list[int]:
-    """
-    Return the indices of points (cost, error) that no other beats in both, by their cost.
-
-    Costs less than the part `same` apart count as equal (see resolution): chance would decide
-    which is the cheaper. A dearer point must lower the error by at least the part MIN_GAIN of it.
-    """
-    best, found = math.inf, []
-    for index in sorted(range(len(points)), key=lambda i: points[i]):
-        cost, wrong = points[index]
-        beaten = any(other < wrong and cost <= dearer <= (1.0 + same) * cost
-                     for dearer, other in points)
-        if wrong < best and not beaten:
-            best = (1.0 - MIN_GAIN) * wrong
-            found.append(index)
-    return found
-
-
-def kendall(one: list[float], other: list[float]) -> float | None:
-    """
-    Return Kendall's tau of two rankings of the same things: 1 where they agree, -1 where reversed.
-
-    Of the pairs that differ in both; None where there is none.
-    """
-    one, other = np.asarray(one), np.asarray(other)
-    i, j = np.triu_indices(len(one), 1)
-    signs = np.sign(one[i] - one[j]) * np.sign(other[i] - other[j])
-    counted = signs[signs != 0]
-    return float(counted.mean()) if len(counted) else None

@@ -26,8 +26,8 @@ from flag_sim.study.sections import follows
 from flag_sim.study.store import Store
 
 PLACE, NAME, SHARE = 3, 'sound', 6.0
-FIRST = (31, 16, 25, 13)  # columns of the grids that are run first
-SOONEST = ('symplectic', 'symplectic float32')  # methods that are run before the others
+FIRST = (31, 25, 16, 13)  # columns of the grids that are run first
+SOONEST = ('symplectic float32', 'symplectic')  # methods that are run before the others
 
 
 def batches(store: Store) -> Iterator[Batch]:
@@ -37,7 +37,8 @@ def batches(store: Store) -> Iterator[Batch]:
     def place(name):
         columns, _, method = name.partition(' ')
         grid = int(columns)
-        return (method not in SOONEST, method in follows.methods(True),
+        return (grid > follows.FEWER and method != SOONEST[0], method not in SOONEST,
+                method in follows.methods(True),
                 FIRST.index(grid) if grid in FIRST else len(FIRST) + grid)
 
     def measured(setting):
@@ -76,7 +77,8 @@ def text(store: Store) -> str:
 far is each statistic from the reference's, if 1 is how far the reference's own runs in other gusts
 are from one another? The number is the RMS over all of them; {behaves.WITHIN:g} is allowed.
 **Rests applies to shots with calm air.** The wind stops, a hand stills the flag
-({rests.STILLED:g} s of `node_damping`), and it is let alone: the speed that is left after
+(`node_damping` until it moves by less than {rests.STILL:g} mm/s, for {rests.STILLED:g} s at most),
+and it is let alone: the speed that is left after
 {rests.FREE:g} s (RMS) may be {rests.SLOW:g} mm/s, and it may hang {100 * rests.DEEPER:g} % of its
 length deeper or higher than statics says.
 
