@@ -38,7 +38,8 @@ def small(monkeypatch):
     base = settings.changed(follows.BASE, {
         'grid.rows': 5, 'grid.columns': 7, 'width': 64, 'height': 48})
     for module, name, value in (
-            *SMALL, (follows, 'FINEST', (17, 25)), (follows, 'BASE', base), (follows, 'DEFAULT', '7 symplectic'),
+            *SMALL, (follows, 'FINEST', (17, 25)), (follows, 'BASE', base),
+            (follows, 'DEFAULT', '7 symplectic'),
             (follows, 'COLUMNS', (4, 7)), (follows, 'FEWER', 7), (follows, 'TURNS', 2),
             (follows, 'REQUIRED', 2), (follows, 'methods', few_methods), (sound, 'FIRST', (7, 4)),
             (study, 'all_sections', lambda: SECTIONS)):

@@ -25,8 +25,8 @@ import numpy as np
 FROM = 5.0
 """Times the reference's own error by which two settings must differ to be ranked."""
 SAFETY = 1.25
-LEAST_RATIO, MOST_RATIO = 1.5, 4.0
-"""By which halving the spacing may divide an error: hardly, and as a method of second order."""
+LEAST_RATIO, MOST_RATIO = 2.0, 4.0
+"""By which halving the spacing divides an error, of methods of first and second order."""
 MIN_GAIN = 0.1  # part of an error that makes a difference
 
 
@@ -37,7 +37,8 @@ def own_error(quarter: float, half: float) -> float:
     quarter: how far a grid a quarter as fine as the reference is from one half as fine; half: how
     far that one is from the reference. The grid convergence index of Roache (Perspective: A Method
     for Uniform Reporting of Grid Refinement Studies, 1994): if the next halving divides the
-    distance by the same ratio, and so on, `half` / (ratio - 1) is left.
+    distance by the same ratio, and so on, `half` / (ratio - 1) is left. The ratio is one of
+    theory, as near the horizon all distances are alike, whatever the grids.
     """
     if half <= 0.0:
         return 0.0

@@ -118,8 +118,8 @@ def on_grid(settings: Settings, rows: int, columns: int, **changes) -> Settings:
 def steps(settings: Settings) -> float:
     """Return how many steps exact settings take for a second of motion."""
     cloth = cloth_of(settings)
-    step = settings['step_safety'] * largest_step('symplectic', cloth.material, cloth.air, cloth.mesh)
-    return max(settings['rate'], 1.0 / step)
+    step = largest_step('symplectic', cloth.material, cloth.air, cloth.mesh)
+    return max(settings['rate'], 1.0 / (settings['step_safety'] * step))
 
 
 def exact(settings: Settings, rows: int, columns: int) -> Settings:

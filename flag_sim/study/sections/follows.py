@@ -29,7 +29,7 @@ from flag_sim.study.runner import Batch
 from flag_sim.study.sections import own_errors
 from flag_sim.study.store import Store
 
-PLACE, NAME, SHARE = 2, 'follows', 2.0
+PLACE, NAME, SHARE = 2, 'follows', 3.0
 BASE = defaults(gust__intensity=0.3)
 """The defaults, in gusty wind: in a steady one all windows would be much alike."""
 DEFAULT = f'{BASE["grid.columns"]} {BASE["solver"]}'
@@ -44,8 +44,13 @@ TURNS = 6
 REQUIRED = 4  # turns that even the shortest study takes
 GUSTS = (0, OTHER_GUSTS)  # added to gust.seed, turn by turn
 SIDE = {'camera.azimuth': -0.4}  # of the second camera, which looks at the flag's end
-RANKED = f'px_{follows.HORIZONS[2]:.2g}'
-"""Column of the error that settings are ranked by."""
+RANKED_AT, PROMISED_AT = follows.HORIZONS[1:3]
+"""
+After how long errors are ranked, and after how long users ask for them [s].
+
+Later than the first, references are wrong by more than a fifth of what settings differ by.
+"""
+RANKED, PROMISED = (f'px_{seconds:.2g}' for seconds in (RANKED_AT, PROMISED_AT))
 
 
 def methods(others: bool = False) -> dict[str, Settings]:
@@ -141,15 +146,16 @@ def rankings(rows: summary.Rows) -> dict[str, tuple[dict, dict]]:
 
 
 def agreement(rows: summary.Rows, least: float) -> str:
-    """Return in words where the order of all settings agrees, and where it does not."""
+    """Return in words where the order of settings agrees, and where it does not."""
     words = []
     for what, (one, other) in rankings(rows).items():
         tau = ranking.kendall(*(list(some.values()) for some in (one, other)), least)
         swapped = [f'{a} and {b}' for a, b in ranking.reversed_pairs(one, other, least)]
-        words.append(f'{"not known" if tau is None else f"{tau:.2f}"} between {what}' + (
-            f' ({len(swapped)} pairs are reversed: {", ".join(swapped[:SHOWN])}'
-            f'{", ..." if len(swapped) > SHOWN else ""})' if swapped else ''))
-    return '; '.join(words)
+        words.append(f'{"all are tied" if tau is None else f"{tau:.2f}"} between {what}' + (
+            f' (reversed: {", ".join(swapped[:SHOWN])}'
+            f'{f" and {len(swapped) - SHOWN} more" if len(swapped) > SHOWN else ""})'
+            if swapped else ''))
+    return ', '.join(words)
 
 
 def text(store: Store) -> str:
@@ -176,16 +182,18 @@ RMS error of the vertices in pixels of the camera, a while after the flag and th
 the same state; over {len(summary.grouped(rows, 'turn'))} moments of two gusty shots. **It applies
 to what must be right frame by frame, for as long as that is possible at all.** Of
 {len(by_column[RANKED])} settings (columns of the grid, method), those of the default method, and
-the frontier: none other is both cheaper and surely nearer after {follows.HORIZONS[2]:g} s. Only
-what differs by {ranking.FROM:g} times the reference's own error is ranked, by {least:.2g} px here;
-settings that differ by less are tied. The rank: 1 + how many are surely nearer.
+the frontier: none other is both cheaper and surely nearer after {RANKED_AT:g} s. Only what differs
+by {ranking.FROM:g} times the reference's own error is ranked, by {least:.2g} px then; settings
+that differ by less are tied. The rank: 1 + how many are surely nearer.
 
 {table(['setting', 'ms a frame', *titles, 'rank'], lines)}
 
 A method's number is that of its steps in a frame; 'softened' is symplectic with `substeps_limit`
 at {100 * SOFTENED:g} % of the steps that it asks for. Costs less than
 {100.0 * summary.resolution(rows):.2g} % apart count as one, as times scatter.
-Order of all settings' errors (Kendall's tau-b; 1 is the same order): {agreement(rows, least)}."""
+Order of errors then, with ties (Kendall's tau-b; 1 is the same order): of the frontier
+{agreement([row for row in rows if row['setting'] in names], least)}; of all settings
+{agreement(rows, least)}."""
 
 
 def _of_default_method(cost):

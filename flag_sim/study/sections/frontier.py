@@ -14,10 +14,9 @@
 
 """The first page: what to take, by all three measures, and their plots against the cost."""
 from collections.abc import Iterator
-import math
 
 from flag_sim.study import plots as drawing
-from flag_sim.study.measures import behaves, follows as horizons, ranking, rests, summary
+from flag_sim.study.measures import behaves, rests, summary
 from flag_sim.study.report import table
 from flag_sim.study.runner import Batch
 from flag_sim.study.sections import follows, own_errors, references, sound
@@ -42,27 +41,26 @@ def text(store: Store) -> str:
     good = {name for name, row in known.items() if sound.is_sound(row)}
     if not rows or not good:
         return ''
-    cost, error = follows.costs(rows), follows.errors(rows)
+    cost, ranked, promised = follows.costs(rows), follows.errors(rows), follows.errors(
+        rows, follows.PROMISED)
 
     def line(want, name):
         row = known[name]
-        return [want, f'**{name}**', cost[name], error[name], row['behaves'], row['rests']]
+        return [want, f'**{name}**', cost[name], ranked[name], promised[name], row['behaves'],
+                row['rests']]
 
-    def cheapest(allowed_px):
-        found = [name for name in good if error[name] <= allowed_px]
-        return min(found, key=cost.get) if found else None
-
-    own = own_errors.own_px(store, follows.RANKED) or 0.0
-    nearest = min(error[name] for name in good)
-    seconds = horizons.HORIZONS[2]
-    wanted = [('a flag that looks right, for least', math.inf),
-              *((f'within {allowed:g} px for {seconds:g} s', allowed - own)
+    own = own_errors.own_px(store, follows.PROMISED) or 0.0
+    tied = min(ranked[name] for name in good) + own_errors.least_px(store, follows.RANKED)
+    wanted = [('a flag that looks right, for least', good),
+              *((f'within {allowed:g} px for {follows.PROMISED_AT:g} s',
+                 {name for name in good if promised[name] + own <= allowed})
                 for allowed in WITHIN_PX),
-              ('as near as any that was tried', nearest + ranking.FROM * own),
-              ('the nearest, though not surely nearer', nearest)]
+              ('as near as any that was tried, but for ties',
+               {name for name in good if ranked[name] <= tied}),
+              ('the nearest by the numbers', {min(good, key=ranked.get)})]
     lines = []
-    for want, allowed in wanted:
-        name = cheapest(allowed)
+    for want, names in wanted:
+        name = min(names, key=cost.get, default=None)
         if name and all(name not in one[1].split('**') for one in lines):
             lines.append(line(want, name))
     if follows.DEFAULT in known:
@@ -72,7 +70,8 @@ def text(store: Store) -> str:
     return f"""## If you want ..., take ...
 
 {table(['if you want', 'take (columns of the grid, method)', 'ms a frame',
-        f'follows: px after {seconds:g} s', 'behaves', 'rests: mm/s'], lines)}
+        f'follows: px after {follows.RANKED_AT:g} s', f'after {follows.PROMISED_AT:g} s',
+        'behaves', 'rests: mm/s'], lines)}
 
 Costs are processor time of a frame, physics and drawing. *Follows*: how far off a vertex is in the
 picture, a while after both were in the same state. *Behaves*: how far its statistics are from
@@ -87,9 +86,8 @@ def plots(store: Store) -> Iterator[tuple[str, str]]:
     rows = summary.complete(store.rows(follows.NAME), 'setting')
     known = {row['setting']: row for row in store.rows(sound.NAME)}
     cost, error = follows.costs(rows), follows.errors(rows)
-    seconds = horizons.HORIZONS[2]
     panels = (
-        ('follows', f'error after {seconds:g} s [px]', error, None),
+        ('follows', f'error after {follows.RANKED_AT:g} s [px]', error, None),
         ('behaves', "statistics' distance [own scatter]",
          {name: row['behaves'] for name, row in known.items()}, behaves.WITHIN),
         ('rests', 'speed in calm air [mm/s]',

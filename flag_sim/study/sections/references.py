@@ -15,7 +15,7 @@
 """How it was measured, and how exact the references are: what they can tell apart."""
 from collections.abc import Iterator
 
-from flag_sim.study.measures import follows as horizons, ranking, summary
+from flag_sim.study.measures import ranking, summary
 from flag_sim.study.measures.behaves import scatter, STATISTICS
 from flag_sim.study.measures.judge import halved, LENGTH, RUNS
 from flag_sim.study.measures.reference import exact
@@ -25,7 +25,7 @@ from flag_sim.study.sections import follows, own_errors
 from flag_sim.study.sections.own_errors import HALF, QUARTER
 from flag_sim.study.store import Store
 
-PLACE, NAME, SHARE = 6, own_errors.ROWS, 1.0
+PLACE, NAME, SHARE = 6, own_errors.ROWS, 1.5
 STEP, COARSER, LONGER = 'another method', 'statics of a grid half as fine', 'a finer grid, long'
 FORECASTS = HALF, QUARTER, STEP
 
@@ -58,12 +58,13 @@ def batches(store: Store) -> Iterator[Batch]:
 
 def in_short(store: Store) -> str:
     """Return in a sentence what the reference of forecasts can tell apart."""
-    own = own_errors.own_px(store, follows.RANKED)
-    if own is None:
+    own = [own_errors.own_px(store, column) for column in (follows.RANKED, follows.PROMISED)]
+    if None in own:
         return 'How exact the references are was not measured.'
-    return (f'The reference of forecasts is itself wrong by {own:.2g} px after '
-            f'{horizons.HORIZONS[2]:g} s: settings that differ by less than '
-            f'{ranking.FROM * own:.2g} px then are tied.')
+    return (f'The reference of forecasts is itself wrong by about {own[1]:.2g} px after '
+            f'{follows.PROMISED_AT:g} s, too much to rank by; after {follows.RANKED_AT:g} s by '
+            f'{own[0]:.2g} px, so that settings which differ by less than '
+            f'{ranking.FROM * own[0]:.2g} px then are tied.')
 
 
 def text(store: Store) -> str:

@@ -17,7 +17,7 @@ from collections.abc import Iterator
 import math
 
 from flag_sim.declarations.factories import hang_of
-from flag_sim.study.measures import behaves, rests
+from flag_sim.study.measures import behaves, ranking, rests
 from flag_sim.study.measures.behaves import STATISTICS
 from flag_sim.study.measures.judge import LENGTH
 from flag_sim.study.report import table
@@ -25,7 +25,7 @@ from flag_sim.study.runner import Batch
 from flag_sim.study.sections import follows
 from flag_sim.study.store import Store
 
-PLACE, NAME, SHARE = 3, 'sound', 6.0
+PLACE, NAME, SHARE = 3, 'sound', 5.0
 FIRST = (31, 25, 16, 13)  # columns of the grids that are run first
 SOONEST = ('symplectic float32', 'symplectic')  # methods that are run before the others
 
@@ -61,6 +61,7 @@ def text(store: Store) -> str:
     rows = store.rows(NAME)
     if not rows:
         return ''
+    own = follows.judge(store.folder).own_scatter()
     lines = [[row['setting'], row['behaves'], *(row[name] for name in STATISTICS),
               None if math.isinf(row['rests']) else row['rests'],
               None if math.isinf(row['rests']) else row['sag_mm'],
@@ -75,7 +76,9 @@ def text(store: Store) -> str:
 
 **Behaves applies to all that is watched for longer than the horizon.** Over {LENGTH:.0f} s, how
 far is each statistic from the reference's, if 1 is how far the reference's own runs in other gusts
-are from one another? The number is the RMS over all of them; {behaves.WITHIN:g} is allowed.
+are from one another? The number is the RMS over all of them; {behaves.WITHIN:g} is allowed. It is
+uncertain by {own:.2g}, as among those runs: what differs by less than {ranking.FROM * own:.2g} is
+tied.
 **Rests applies to shots with calm air.** The wind stops, a hand stills the flag
 (`node_damping` until it moves by less than {rests.STILL:g} mm/s, for {rests.STILLED:g} s at most),
 and it is let alone: the speed that is left after
