@@ -55,7 +55,7 @@ The parameters that are chosen.
 Not threads: they would be taken from the renderer, which draws one frame while the next moves.
 """
 BETWEEN = (8, 12, 16)
-"""Of grids of 3 n x 2 n cells that may not be nested in the reference's, between those that are."""
+"""Of grids of 3 n x 2 n cells, between those that are nested in the reference's."""
 YOURS = 'your own settings'
 
 

@@ -246,9 +246,10 @@ def test_costs_are_those_of_the_processor(judge, monkeypatch):
 
 def test_a_sheet_of_many_steps_has_a_coarser_reference(judge):
     """Down to the default grid, and no further."""
-    assert reference_grid(judge.scene, 1e12) == (17, 25)
+    assert reference_grid(judge.scene, 1e12, (17, 25)) == (17, 25)
+    assert judge.finest == (17, 25) and judge.middle == (9, 13)
     stiff = changed(defaults(), {'stiffness': 1e7})
-    assert reference_grid(stiff, 1.0)[0] <= 21
+    assert reference_grid(stiff, 1.0, (81, 121)) == (21, 31)
 
 
 def test_long_runs_are_kept(judge):

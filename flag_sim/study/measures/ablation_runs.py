@@ -136,10 +136,10 @@ class AblationRuns:
 
         px_rms, px_worst: at the windows' ends, as the camera sees it; behaves: of the runs
         without, by those with the term (see behaves); rests: residual speed without it [mm/s];
-        psnr_db, ssim, levels (mean absolute), changed (share of pixels): of the pictures at the
-        windows' ends; ms and spread_ms with and without: median and interquartile range of a
-        frame's processor time, of the physics or the drawing or both, whichever has other
-        parameters; None if they tell nothing.
+        levels (mean absolute), changed (share of pixels): of the pictures at the windows' ends;
+        ms and spread_ms with and without: median and interquartile range of a frame's processor
+        time, of the physics or the drawing or both, whichever has other parameters; None if they
+        tell nothing.
         """
         row = dict.fromkeys(('px_rms', 'px_worst', 'behaves', 'rests'))
         starts = self.starts()
@@ -170,15 +170,13 @@ class AblationRuns:
 
     def _pictures(self, ends):
         """Return by how much the pictures of both runs differ at all the windows' ends."""
-        row = dict.fromkeys(('psnr_db', 'ssim', 'levels', 'changed'))
+        row = dict.fromkeys(('levels', 'changed'))
         if not ends:
             return row
         one, other = ([rendered(settings, positions) for positions in run]
                       for settings, run in zip(self.settings, zip(*ends)))
         apart = np.abs(np.int16(one) - np.int16(other))
-        ssims = [errors.ssim(*pair) for pair in zip(other, one)]
-        values = (errors.psnr(np.concatenate(other), np.concatenate(one)), np.mean(ssims),
-                  apart.mean(), (apart.max(axis=-1) >= VISIBLE).mean())
+        values = apart.mean(), (apart.max(axis=-1) >= VISIBLE).mean()
         return dict(zip(row, map(float, values)))
 
     def times(self, start: Window) -> dict:

@@ -54,9 +54,10 @@ def halved(grid: tuple[int, int]) -> tuple[int, int]:
     return tuple((count + 1) // 2 for count in grid)
 
 
-def reference_grid(scene: Settings, largest: float) -> tuple[int, int]:
-    """Return rows and columns of FINEST, or of the finest of its halves of less than such work."""
-    rows, columns = FINEST
+def reference_grid(scene: Settings, largest: float,
+                   finest: tuple[int, int]) -> tuple[int, int]:
+    """Return rows and columns of a grid, or of the finest of its halves of less than such work."""
+    rows, columns = finest
     while rows > 21 and work(scene, rows, columns) > largest:
         rows, columns = halved((rows, columns))
     return rows, columns
@@ -79,8 +80,8 @@ class Judge:
         self.scene, self.folder, self.horizons = scene, folder, horizons
         self.camera = look_of(scene).camera
         self._cameras = {'': self.camera, **(others or {})}
-        self.finest = finest or reference_grid(scene, LARGEST_WORK)
-        self.middle = reference_grid(scene, LARGEST_LONG)
+        self.finest = finest or reference_grid(scene, LARGEST_WORK, FINEST)
+        self.middle = reference_grid(scene, LARGEST_LONG, halved(FINEST))
         self.frames = follows.after(Shot(scene), horizons)
         self.columns = [f'px_{seconds:.2g}' for seconds in horizons]
         self._compiled = set()
@@ -217,7 +218,7 @@ class Judge:
 
         A grid of FINEST as it is, and by a method of higher order; unrelated are two windows.
         """
-        reference, grid = self.reference(), reference_grid(self.scene, LARGEST_WORK)
+        reference, grid = self.reference(), reference_grid(self.scene, LARGEST_WORK, FINEST)
         first, second = reference.window(0), reference.window(1)
         frames = list(range(1, reference.shot.frames(seconds) + 1))
         runs = [follows.ends(reference.shot, reference.start(first, changed(

@@ -152,10 +152,6 @@ class Reference:
         self._windows = {}
         self._middle = self._frame = None  # the cloth on the middle grid, and its frame
 
-    def has(self, number: int) -> bool:
-        """Return whether a window is there already."""
-        return self._path(number).exists()
-
     def window(self, number: int) -> Window:
         """Return a window."""
         if number not in self._windows:

@@ -46,17 +46,6 @@ def total(rows: Rows, column: str) -> float:
     return math.inf if None in values else rms(values)
 
 
-def worst(rows: Rows, column: str) -> float:
-    """Return the greatest value of a column; inf where a run diverged."""
-    return max(math.inf if row[column] is None else row[column] for row in rows)
-
-
-def mean(rows: Rows, column: str) -> float | None:
-    """Return the mean of a column over the runs that did not diverge; None if all did."""
-    values = [row[column] for row in rows if row[column] is not None]
-    return sum(values) / len(values) if values else None
-
-
 def quartiles(rows: Rows, *columns: str) -> tuple[float, float, float] | None:
     """Return (lower quartile, median, upper quartile) of the sum of some columns, None if none."""
     values = [sum(row[column] for column in columns) for row in rows
