@@ -38,7 +38,9 @@ def text(store: Store) -> str:
     """Return the table of what to take."""
     rows = summary.complete(store.rows(follows.NAME), 'setting')
     known = {row['setting']: row for row in store.rows(sound.NAME)}
-    good = {name for name, row in known.items() if sound.is_sound(row)}
+    # A softened sheet is not the one that the user asked for, and physics warns of it.
+    good = {name for name, row in known.items()
+            if sound.is_sound(row) and name.partition(' ')[2] != follows.SOFT}
     if not rows or not good:
         return ''
     cost, ranked, promised = follows.costs(rows), follows.errors(rows), follows.errors(
