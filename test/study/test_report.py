@@ -114,7 +114,7 @@ def test_first_page_recommends_nothing_that_does_not_behave_or_rest(small, tmp_p
 
 @pytest.fixture
 def made_up(tmp_path):
-    """Return a Store of four settings that behave and rest, and of an own error of 0.5 and 2 px."""
+    """Return a Store of four settings that behave and rest; own error: 0.5 and 2 px."""
     store = study.Store(tmp_path, {})
     for turn, gusts in enumerate(follows.GUSTS):
         for name, cost, error in (('13 softened', 0.5, 8.0), ('25 symplectic', 1.0, 12.0),
