@@ -216,18 +216,20 @@ class Recorder(ParameterNode):
             self.ended.set_result(0)
 
     def _lacking(self):
-        """Return in words what a frame after the last complete one lacks, or ''."""
-        lacking = self._recording.lacking()
-        if lacking is None:
-            outstanding = self._recording.outstanding
-            if not outstanding or self.count_publishers('parameters'):
-                return ''
+        """Return in words what the take or a frame after its last complete one lacks, or ''."""
+        recording, over = self._recording, not self.count_publishers('parameters')
+        lacking, outstanding = recording.lacking(), recording.outstanding
+        # The frame that was under way when the wind ended lacks what nobody was asked for.
+        if over and outstanding and (recording.takes or lacking is None):
             return (f'{outstanding} of {counted(self.values["frames"], "frame")} of a take: '
                     'no node publishes parameters any more; begin the shot again, or end this')
+        if lacking is None:
+            return ''
         stamp, missing = lacking
         name = min(missing, key=self._topics.index)
         senders = publishers(self, name)
         return f'{name} of the frame at {stamp / 1e9:.3f} s: ' + (
+            'no node publishes parameters any more' if over and recording.takes else
             f'{senders} has not sent it, its log says why' if senders else 'no node publishes it')
 
     def close(self) -> bool:

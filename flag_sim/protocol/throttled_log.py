@@ -55,6 +55,11 @@ class Entry(NamedTuple):
     text: str
 
 
+def without_figures(reason: str) -> str:
+    """Return the begin of a reason without its numbers, by which it is recognised."""
+    return re.sub(r'[\d.]+', '', reason[:2 * MAX_CHARACTERS])[:MAX_CHARACTERS // 2]
+
+
 class Refusals:
     """
     Decides which refusals to log: a new reason at once, the same again less and less often.
@@ -71,7 +76,7 @@ class Refusals:
 
     def is_worth_logging(self, reason: str, now: float) -> bool:
         """Return whether to log a reason at steady time `now` [s]; it then counts as logged."""
-        reason = re.sub(r'[\d.]+', '', reason[:2 * MAX_CHARACTERS])[:MAX_CHARACTERS // 2]
+        reason = without_figures(reason)
         at, rest = self._logged.get(reason, (now, 0.0))
         recent = sum(now - other < WARN_EVERY for other, _ in self._logged.values())
         if now - at < rest or recent >= MAX_REASONS:
@@ -106,13 +111,17 @@ class RateLimit:
 
 
 class Waiting:
-    """Logs what a node waits for once it has waited for `patience` [s], and when that ends."""
+    """
+    Logs what a node waits for once it has waited for `patience` [s], and when that ends.
+
+    Once a wait; if something else is missing meanwhile, that too: whoever was to send may be gone.
+    """
 
     def __init__(self, patience: float = LOG_WAIT_AFTER):
         self._patience = patience
         self._since = None  # steady time at which the present wait began [s]
         self._served = 0
-        self._is_logged = False
+        self._logged = None  # (what was logged of this wait last, steady time of that [s])
 
     def look(self, missing: str, served: int, now: float) -> Entry | None:
         """
@@ -124,13 +133,15 @@ class Waiting:
         entry = None
         has_served, self._served = served != self._served, served
         if has_served or not missing:
-            if self._is_logged:
+            if self._logged:
                 ends = 'frames are served again' if has_served else 'nothing is missing any more'
                 entry = Entry('info', f'{ends}, after {now - self._since:.1f} s')
-            self._since, self._is_logged = None, False
+            self._since = self._logged = None
         if missing and self._since is None:
             self._since = now
-        elif missing and not self._is_logged and now - self._since >= self._patience:
-            entry = Entry('warning', f'waiting for {now - self._since:.1f} s for {missing}')
-            self._is_logged = True
+        elif missing:
+            reason, at = self._logged or ('', self._since)
+            if now - at >= self._patience and without_figures(missing) != reason:
+                entry = Entry('warning', f'waiting for {now - self._since:.1f} s for {missing}')
+                self._logged = without_figures(missing), now
         return entry

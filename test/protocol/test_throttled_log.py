@@ -39,6 +39,16 @@ def test_a_wait_is_logged_once_and_so_is_its_end():
     assert waiting.look('', 1, 9.0) is None
 
 
+def test_another_cause_of_a_wait_is_logged_too():
+    """After as long a patience again; figures alone are no other cause."""
+    waiting = Waiting(patience=2.0)
+    reasons = 6 * ['image 1 of render'] + 6 * ['image 2 of render'] + 6 * ['image 2 of nobody']
+    logged = [waiting.look(reason, 0, 0.5 * n) for n, reason in enumerate(reasons)]
+    assert [n for n, entry in enumerate(logged) if entry] == [4, 12]
+    assert logged[12] == ('warning', 'waiting for 6.0 s for image 2 of nobody')
+    assert waiting.look('', 0, 9.0) == ('info', 'nothing is missing any more, after 9.0 s')
+
+
 def test_served_frames_end_a_wait():
     """Although each lacks something for a moment; nothing is logged of a short wait either."""
     waiting = Waiting(patience=2.0)

@@ -85,14 +85,19 @@ def test_from_the_wind_on_each_log_names_the_next_node(tmp_path, domain, pace):
         assert 'no such node' not in graph.log('wind').partition('is done')[2]
 
 
-def test_a_recorder_says_which_topic_a_frame_lacks(tmp_path, domain):
-    """In lockstep everybody waits for it: here nobody draws."""
+@pytest.mark.parametrize('frames, lacks', [
+    (0, 'camera/image_raw of the frame at 0.000 s'), (3, '3 of 3 frames of a take')])
+def test_a_recorder_says_which_topic_a_frame_lacks(tmp_path, domain, frames, lacks):
+    """In lockstep everybody waits for it: here nobody draws; then that no wind asks any more."""
     with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
-        graph.start('recorder', '-p', f'path:={tmp_path / "bag"}')
+        graph.start('recorder', '-p', f'path:={tmp_path / "bag"}', '-p', f'frames:={frames}')
         graph.start('wind', '-p', 'pace:=lockstep', '-p', 'wait_for:=[recorder]')
         eventually(lambda: 'for camera/image_raw of the frame at 0.000 s: no node publishes it'
                    in graph.log('recorder'), watcher)
         eventually(lambda: 'waiting for recorder (its log says why)' in graph.log('wind'), watcher)
+        assert graph.end('wind') == 0
+        eventually(lambda: f'for {lacks}: no node publishes parameters any more'
+                   in graph.log('recorder'), watcher)
         assert graph.end('recorder') == 0
 
 
