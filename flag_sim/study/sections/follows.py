@@ -190,11 +190,11 @@ that differ by less are tied. The rank: 1 + how many are surely nearer.
 {table(['setting', 'ms a frame', *titles, 'rank'], lines)}
 
 A method's number is that of its steps in a frame; 'softened' is symplectic with `substeps_limit`
-at {100 * SOFTENED:g} % of the steps that it asks for, which leaves {100 * SOFTENED**2:.0f} % of
-the stiffness: another sheet, which is compared with the reference of the stiff one, and may be
-nearer on grids too coarse to fold as finely. Methods other than the default's were tried on grids of up
-to {FEWER} columns. Costs less than
-{100.0 * summary.resolution(rows):.2g} % apart count as one, as times scatter.
+at {100 * SOFTENED:g} % of the steps that it asks for, so with {100 * SOFTENED**2:.0f} % of the
+stiffness: another sheet, which is compared with the reference of the stiff one, and may be nearer
+on grids too coarse to fold as finely. On more than {FEWER} columns only the default's method was
+tried. Costs less than {100.0 * summary.resolution(rows):.2g} % apart count as one, as times
+scatter.
 Order of errors then, with ties (Kendall's tau-b; 1 is the same order): of the frontier
 {agreement([row for row in rows if row['setting'] in names], least)}; of all settings
 {agreement(rows, least)}."""
