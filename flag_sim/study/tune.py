@@ -99,7 +99,7 @@ def _comment(options, search: Search, choice: Choice, settings, nodes):
     verdict, shot, judge = choice.verdict, search.settings, search.judge
     frame_ms, horizon = 1e3 / options.rate, judge.horizon()
     given = f' --params-file {options.params_file.name}' if options.params_file else ''
-    halves = [search.errors_of(verdict.name, gusts) for gusts in search.shots]
+    of_shots = verdict.of_shots
     lines = [
         f'Made by `tune --error-px {options.error_px:g} --seconds {options.seconds:g} '
         f'--rate {options.rate:g}{given}`',
@@ -109,7 +109,7 @@ def _comment(options, search: Search, choice: Choice, settings, nodes):
         f'Give it to {", ".join(nodes[:-1])} and {nodes[-1]}, after your own params file.',
         '',
         f'Follows: {verdict.error_px:.2g} px (RMS) after {search.seconds:.2g} s from a common '
-        f'state ({" and ".join(f"{half:.2g}" for half in halves)} px in two',
+        f'state ({min(of_shots):.2g} to {max(of_shots):.2g} px in {len(of_shots)}',
         f'shots of other gusts, {min(verdict.errors_px):.2g} to {max(verdict.errors_px):.2g} px '
         f'in their {len(verdict.errors_px)} windows); {options.error_px:g} px are allowed.',
         f'By that spread, and by the own error of the reference, {verdict.own_px:.2g} px, other '

@@ -50,7 +50,7 @@ SHOTS = {
 }
 """{name: (changes of the defaults, error that is allowed after SECONDS [pixel])}."""
 SECONDS = 0.2
-SEED = 2001  # added to gust.seed for the last check; tune itself takes 0 to 2 and 1000
+SEED = 2001  # added to gust.seed for the last check; tune takes 0 to 3, and thousands to 5000
 WINDOWS = 6
 
 

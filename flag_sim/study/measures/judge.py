@@ -38,7 +38,7 @@ import numpy as np
 RUNS = 4        # of the reference, each in gusts of its own
 SETTLE = 3.0    # of a long run, that are left out: the flag, laid out flat, falls [s]
 LENGTH = 20.0   # of a long run, that are compared [s]
-OTHER_GUSTS = 1000  # added to gust.seed, for a shot that nothing was chosen by
+OTHER_GUSTS = 1000  # added to gust.seed, for a shot that has nothing to do with it
 LARGEST_WORK = 1.5e8  # of forecasts' reference: nodes times steps in a second, two of a core
 LARGEST_LONG = 7e7    # the same of the reference's long runs
 TIMED = 3  # pictures whose median time counts
