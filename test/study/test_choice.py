@@ -17,7 +17,7 @@ import math
 from pathlib import Path
 
 from flag_sim.declarations.factories import cloth_of
-from flag_sim.study import settings_file
+from flag_sim.study import search, settings_file
 from flag_sim.study.measures import ranking, summary
 from flag_sim.study.measures.reference import on_grid
 from flag_sim.study.measures.settings import defaults
@@ -158,8 +158,9 @@ def test_the_resolution_follows_the_noise():
     assert summary.resolution(quiet[:60]) == 0.0  # one turn does not know
 
 
-def test_predictions_hold_for_new_shots():
+def test_predictions_hold_for_new_shots(monkeypatch):
     """Of shots that scatter normally 1 in 10 is above what some others predict."""
+    monkeypatch.setattr(search, 'SCATTER', 0.0)
     source = np.random.default_rng(5)
     above = 0
     for _ in range(2000):
@@ -172,7 +173,9 @@ def test_predictions_hold_for_new_shots():
 
 def test_the_error_of_the_reference_is_added():
     """As squares, as it is independent of that of the settings."""
-    assert predicted(np.full((6, 2), 4.0), 3.0) == pytest.approx(5.0)
+    alone = predicted(np.full((6, 2), 4.0))
+    assert alone == pytest.approx(4.0 * math.sqrt(1.0 + MARGIN * search.SCATTER))
+    assert predicted(np.full((6, 2), 4.0), 3.0) == pytest.approx(math.hypot(alone, 3.0))
 
 
 def test_a_diverged_window_is_never_good():
