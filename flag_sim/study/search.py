@@ -105,8 +105,8 @@ def predicted(errors_px: np.ndarray, own_px: float = 0.0) -> float:
 
     errors_px: (shots, windows) that were measured; inf where one diverged. The mean square of a
     new shot is predicted from those of n shots, by their standard deviation times the root of
-    1 + 1 / n, or by SCATTER if that is more. own_px: error of the reference, from which that of settings is independent, so that
-    the squares of both add up.
+    1 + 1 / n, or by SCATTER if that is more. own_px: error of the reference, from which that of
+    settings is independent, so that the squares of both add up.
     """
     if not np.all(np.isfinite(errors_px)):
         return math.inf
