@@ -155,7 +155,8 @@ def agreement(rows: summary.Rows, least: float) -> str:
         words.append(f'{"all are tied" if tau is None else f"{tau:.2f}"} between {what}' + (
             f' (reversed: {", ".join(swapped[:SHOWN])}'
             f'{f" and {len(swapped) - SHOWN} more" if len(swapped) > SHOWN else ""})'
-            if swapped else ''))
+            if swapped else ' (none is reversed, some are tied in one)'
+            if tau is not None and tau < 1.0 else ''))
     return ', '.join(words)
 
 
