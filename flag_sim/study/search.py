@@ -22,11 +22,12 @@ the next dearer one is tried.
 import math
 from typing import NamedTuple
 
-from flag_sim.declarations.factories import cloth_of, hang_of, look_of
-from flag_sim.study.measures import behaves, errors, ranking, rests, summary
+from flag_sim.declarations.factories import hang_of
+from flag_sim.study.candidates import candidates, CHOSEN, YOURS
+from flag_sim.study.measures import behaves, ranking, rests, summary
 from flag_sim.study.measures.judge import (
     halved, Judge, LENGTH, OTHER_GUSTS, RUNS, SETTLE, work)
-from flag_sim.study.measures.reference import LEAD, nested, on_grid, SPACING, SPIN_UP
+from flag_sim.study.measures.reference import LEAD, SPACING, SPIN_UP
 from flag_sim.study.measures.settings import changed, Settings
 from flag_sim.study.runner import key_of, measure_missing, print_progress
 from flag_sim.study.store import Store
@@ -40,18 +41,17 @@ Standard deviations by which a prediction is on the safe side.
 
 1 of 10 fails: Student's t of SHOTS - 1 degrees of freedom.
 """
-SCATTER = 0.75
+SCATTER = 1.5
 """
 Least standard deviation of a new shot's mean square, in parts of what is predicted.
 
 Rarely a fold snaps over in a window, which few moments do not show: of 192 pairs of shots of 6
-windows each, the RMS error of one was above 1.5 times that of the other in 1 of 10.
+windows each, the RMS error of one was above 1.5 times that of the other in 1 of 10, and of 9 other
+scenes twice what had been measured in 2.
 """
-COARSEST = 7     # columns of the coarsest grid that is tried
 HOPELESS = 2.0  # times the error that is allowed: what is so wrong in FIRST moments is dropped
 FIRST = 4
 MIN_GUSTS = 0.3  # least gust.intensity: in a steady wind all windows would be much alike
-MAX_WORK = 1e9   # nodes times steps of a second that the coarsest reference may take
 MAX_LOAD = 0.8
 """
 Part of a frame's time that physics and drawing may take, one after the other.
@@ -59,44 +59,6 @@ Part of a frame's time that physics and drawing may take, one after the other.
 The rest is for what tune does not see: messages, and moments in which the machine is slower.
 """
 NODE_NS = 15.0  # processor time of a node in a step [ns], by which tune tells its own
-CHOSEN = ('rate', 'grid.columns', 'grid.rows', 'damping', 'solver', 'substeps',
-          'substeps_limit', 'step_safety', 'precision')
-"""
-The parameters that are chosen.
-
-Not threads: they would be taken from the renderer, which draws one frame while the next moves.
-"""
-BETWEEN = (8, 12, 16)
-"""Of grids of 3 n x 2 n cells, between those that are nested in the reference's."""
-YOURS = 'your own settings'
-
-
-def methods() -> dict[str, Settings]:
-    """Return {name: changes}: steps that keep the material as it is, and friction in it."""
-    exact = {'solver': 'symplectic', 'substeps': 0, 'precision': 'float64'}
-    return {
-        'symplectic float32': {**exact, 'precision': 'float32'},
-        'symplectic': exact,
-        'verlet': {**exact, 'solver': 'verlet'},
-        **{f'{name} {steps}': {**exact, 'solver': name, 'substeps': steps,
-                               'substeps_limit': steps}
-           for name, steps in (('xpbd', 5), ('implicit', 5), ('implicit', 10))},
-    }
-
-
-def require(settings: Settings) -> None:
-    """
-    Raise ValueError for settings that make no scene, or that cannot be tuned.
-
-    Their camera must see the flag, and the reference must not take hours.
-    """
-    at_rest = cloth_of(settings).positions
-    errors.pixel_distances(at_rest, at_rest, look_of(settings).camera)
-    coarsest = work(settings, 21, 31)
-    if coarsest > MAX_WORK:
-        raise ValueError(
-            f'a reference may take {MAX_WORK:.0e} nodes times steps a second, and this sheet '
-            f'needs {coarsest:.1e} on 31 x 21 nodes: lower its stiffness or damping')
 
 
 def predicted(errors_px: np.ndarray, own_px: float = 0.0) -> float:
@@ -177,23 +139,11 @@ class Search:
         self.judge = Judge(self.settings, store.folder, (seconds,))
         self.seconds = self.judge.frames[0] / rate
         self.length = hang_of(settings)[1]
-        self.candidates = self._candidates()
+        self.candidates = candidates(self.settings, self.judge.finest)
         self.limit_ms = MAX_LOAD * 1e3 / rate
         # Windows, and what is added to gust.seed: one of each shot first.
         self.moments = [(window, OTHER_GUSTS * shot) for window in range(WINDOWS)
                         for shot in range(SHOTS)]
-
-    def _candidates(self):
-        """Return {name: settings}: the user's own, and every method on every grid."""
-        found, half = {YOURS: self.settings}, (self.judge.finest[0] + 1) // 2
-        between = [(2 * n + 1, 3 * n + 1) for n in BETWEEN if 2 * n < half]
-        for rows, columns in [*nested(self.judge.finest), *between]:
-            if columns < COARSEST:
-                continue
-            for method, changes in methods().items():
-                found[f'{columns} x {rows}, {method}'] = on_grid(
-                    self.settings, rows, columns, **changes)
-        return found
 
     def minutes(self) -> float:
         """Return how long the references and one candidate of the user's grid may take [min]."""
@@ -230,7 +180,7 @@ class Search:
             if self._is_accurate(verdict, error_px):
                 verdict = self._looked_at(verdict)
                 if verdict.is_sound(self.length) and verdict.cost_ms <= self.limit_ms:
-                    return Choice(verdict, True, True, True)
+                    return Choice(self._safer(verdict, tried, error_px), True, True, True)
             tried.append(verdict)
         return self._second_best(tried, error_px)
 
@@ -239,12 +189,29 @@ class Search:
         """
         Return whether a candidate keeps an error, also in other shots.
 
-        Of the user's own settings it is enough that they keep it over all moments, and in all
-        shots but one: nothing dearer is to be taken where they do.
+        Of the user's own settings it is enough that they keep it in all shots but one: nothing
+        dearer is to be taken where they do.
         """
         if verdict.name == YOURS:
-            return verdict.error_px <= error_px and sorted(verdict.of_shots)[-2] <= error_px
+            return sorted(verdict.of_shots)[-2] <= error_px
         return verdict.bound_px <= error_px
+
+    def _safer(self, verdict, tried, error_px):
+        """
+        Return the Verdict to take where one is good enough: another that is safer, or itself.
+
+        The user's own settings may be good enough by less than the margin for other shots. What is
+        cheaper, sound and of a lower bound then is the better choice.
+        """
+        if verdict.bound_px > error_px:
+            for other in sorted((one for one in tried if len(one.errors_px) == len(self.moments)
+                                 and one.cost_ms <= verdict.cost_ms
+                                 and one.bound_px < verdict.bound_px),
+                                key=lambda one: one.bound_px):
+                other = self._looked_at(other)
+                if other.is_sound(self.length):
+                    return other
+        return verdict
 
     def _second_best(self, tried, error_px):
         """Return the Choice where nothing keeps all: sound, fast, then of the least error."""

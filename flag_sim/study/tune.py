@@ -21,11 +21,12 @@ import sys
 
 from flag_sim.parameters.arguments import given_path, positive
 from flag_sim.study import machine, settings_file
+from flag_sim.study.candidates import require
 from flag_sim.study.measures import behaves, rests
 from flag_sim.study.measures.judge import LENGTH
 from flag_sim.study.measures.settings import changed, defaults, RANGES
 from flag_sim.study.runner import load_of_others, print_progress, session
-from flag_sim.study.search import Choice, MAX_LOAD, require, Search
+from flag_sim.study.search import Choice, MAX_LOAD, Search
 from flag_sim.study.store import Store
 
 LONGEST = 1.0  # time after which an error may be asked for: then all runs have parted [s]
@@ -116,6 +117,9 @@ def _comment(options, search: Search, choice: Choice, settings, nodes):
         'shots may reach',
         f'{verdict.bound_px:.2g} px'
         + _kept(choice.is_accurate, '; nothing that was tried is better at this rate'),
+        *(['That is more; but your own settings keep it in all shots but one, so that nothing '
+           'dearer is taken.']
+          if choice.is_accurate and verdict.bound_px > options.error_px else []),
         'Such a number tells something until the horizon, where two converged runs part: '
         + (f'{horizon:.2g} s.' if horizon else 'more than 0.6 s.'),
         *(['THAT IS SOONER: what was asked is mostly chance, and behaves tells more.']

@@ -26,10 +26,11 @@ import time
 
 from flag_sim.parameters.arguments import given_path
 from flag_sim.study import machine
+from flag_sim.study.candidates import YOURS
 from flag_sim.study.measures import summary
 from flag_sim.study.measures.judge import Judge
 from flag_sim.study.measures.settings import changed, defaults
-from flag_sim.study.search import Search, YOURS
+from flag_sim.study.search import Search
 from flag_sim.study.store import Store
 
 SMALL = {'flag.length': 0.6, 'flag.width': 0.4, 'pole.height': 2.0, 'pole.diameter': 0.03,
