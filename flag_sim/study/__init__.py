@@ -16,7 +16,8 @@
 The study: what accuracy costs on this machine, measured, drawn and written down.
 
     __main__   the command `study`                  tune           the command `tune`
-    runner     shares the minutes, measures rows    search         its candidates and its choice
+    runner     shares the minutes, measures rows    search         its choice
+                                                    candidates     what it tries
     store      rows that survive an interruption    settings_file  params files, read and written
     report     the report and its tables            machine        which one, and how busy it is
     plots      what all plots share

@@ -21,11 +21,12 @@ import sys
 
 from flag_sim.parameters.arguments import given_path, positive
 from flag_sim.study import machine, settings_file
+from flag_sim.study.candidates import require
 from flag_sim.study.measures import behaves, rests
 from flag_sim.study.measures.judge import LENGTH
 from flag_sim.study.measures.settings import changed, defaults, RANGES
 from flag_sim.study.runner import load_of_others, print_progress, session
-from flag_sim.study.search import Choice, MAX_LOAD, require, Search
+from flag_sim.study.search import Choice, MAX_LOAD, Search
 from flag_sim.study.store import Store
 
 LONGEST = 1.0  # time after which an error may be asked for: then all runs have parted [s]
@@ -99,7 +100,7 @@ def _comment(options, search: Search, choice: Choice, settings, nodes):
     verdict, shot, judge = choice.verdict, search.settings, search.judge
     frame_ms, horizon = 1e3 / options.rate, judge.horizon()
     given = f' --params-file {options.params_file.name}' if options.params_file else ''
-    halves = [search.errors_of(verdict.name, gusts) for gusts in search.shots]
+    of_shots = verdict.of_shots
     lines = [
         f'Made by `tune --error-px {options.error_px:g} --seconds {options.seconds:g} '
         f'--rate {options.rate:g}{given}`',
@@ -109,13 +110,16 @@ def _comment(options, search: Search, choice: Choice, settings, nodes):
         f'Give it to {", ".join(nodes[:-1])} and {nodes[-1]}, after your own params file.',
         '',
         f'Follows: {verdict.error_px:.2g} px (RMS) after {search.seconds:.2g} s from a common '
-        f'state ({" and ".join(f"{half:.2g}" for half in halves)} px in two',
+        f'state ({min(of_shots):.2g} to {max(of_shots):.2g} px in {len(of_shots)}',
         f'shots of other gusts, {min(verdict.errors_px):.2g} to {max(verdict.errors_px):.2g} px '
-        f'in their {len(verdict.errors_px)} windows); {options.error_px:g} px are allowed'
-        + ('.' if choice.is_accurate else ':'),
-        *([] if choice.is_accurate else [
-            f'MISSED: other shots may reach {verdict.bound_px:.2g} px; nothing that was tried is '
-            'better at this rate.']),
+        f'in their {len(verdict.errors_px)} windows); {options.error_px:g} px are allowed.',
+        f'By that spread, and by the own error of the reference, {verdict.own_px:.2g} px, other '
+        'shots may reach',
+        f'{verdict.bound_px:.2g} px'
+        + _kept(choice.is_accurate, '; nothing that was tried is better at this rate'),
+        *(['That is more; but your own settings keep it in all shots but one, so that nothing '
+           'dearer is taken.']
+          if choice.is_accurate and verdict.bound_px > options.error_px else []),
         'Such a number tells something until the horizon, where two converged runs part: '
         + (f'{horizon:.2g} s.' if horizon else 'more than 0.6 s.'),
         *(['THAT IS SOONER: what was asked is mostly chance, and behaves tells more.']

@@ -20,7 +20,7 @@ import re
 from flag_sim.declarations.nodes import NODES
 from flag_sim.parameters import checks
 from flag_sim.parameters.declaration import as_typed, Declaration
-from flag_sim.study.search import CHOSEN
+from flag_sim.study.candidates import CHOSEN
 import numpy as np
 import pytest
 import yaml

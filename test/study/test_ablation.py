@@ -76,7 +76,7 @@ def test_without_gravity_the_flag_does_not_sink():
     row = measured('gravity', 'calm')
     assert 1.0 < row['px_rms'] < row['px_worst'] < 80.0
     assert row['behaves'] > behaves.WITHIN
-    assert row['changed'] > 0.02 and row['levels'] > 1.0 and row['psnr_db'] < 30.0
+    assert row['changed'] > 0.02 and row['levels'] > 1.0
 
 
 def test_the_control_changes_nothing_until_chaos_does():
@@ -119,7 +119,7 @@ def test_a_run_that_diverges_is_told_by_dashes(tmp_path):
     storm = Term('storm', {}, {'solver': 'seed', 'area_density': 1e-6, 'stretch_limit': 1e6,
                                'speed': 200.0, 'substeps_limit': 5}, ('fresh',), 'on: ')
     row = AblationRuns(storm, SMALL).measured()
-    assert row['px_rms'] is row['behaves'] is row['psnr_db'] is row['changed'] is None
+    assert row['px_rms'] is row['behaves'] is row['levels'] is row['changed'] is None
     text = ablation.text(stored(tmp_path, {**row, 'term': 'wind', 'shot': 'fresh'}))
     assert '| wind | fresh | – | – | – | – |' in text
 

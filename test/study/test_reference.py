@@ -60,7 +60,6 @@ def test_a_window_is_the_same_however_it_comes(base, soon, tmp_path):
     first = Reference(base, 2, tmp_path / 'windows', FINEST)
     made = [first.window(number) for number in (0, 1)]
     again = Reference(base, 2, tmp_path / 'windows', FINEST)
-    assert again.has(1) and not again.has(2)
     alone = Reference(base, 2, tmp_path / 'alone', FINEST)
     for other in (again.window(1), alone.window(1)):
         for ours, theirs in zip(made[1], other):
@@ -75,4 +74,3 @@ def test_starts_are_taken_over_exactly(base, soon, tmp_path):
     cloth = own.start(window, base)
     assert np.array_equal(cloth.positions, window.positions[::2, ::2])
     assert np.array_equal(cloth.velocities[:, 1:], window.velocities[::2, ::2][:, 1:])
-    assert np.array_equal(own.on_finest(cloth.positions)[::2, ::2], cloth.positions)

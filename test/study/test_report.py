@@ -18,8 +18,9 @@ import re
 
 from flag_sim.study import __main__ as study
 from flag_sim.study import machine, plots, runner, sections
-from flag_sim.study.measures import settings
-from flag_sim.study.sections import follows, frontier, references, sound
+from flag_sim.study.measures import ranking, settings
+from flag_sim.study.sections import follows, frontier, own_errors, references, sound
+from flag_sim.study.sections.own_errors import HALF, QUARTER
 from flag_sim.study.store import IDENTITY
 import pytest
 from support.study import SMALL
@@ -29,7 +30,7 @@ SECTIONS = (frontier, follows, sound, references)
 
 def few_methods(others=False):
     """Return a method for use, one that is not, and a softened one."""
-    return {'softened': None, 'seed': {'solver': 'seed'}} if others else {'symplectic': {}}
+    return {follows.SOFT: None, 'seed': {'solver': 'seed'}} if others else {'symplectic': {}}
 
 
 @pytest.fixture
@@ -38,7 +39,8 @@ def small(monkeypatch):
     base = settings.changed(follows.BASE, {
         'grid.rows': 5, 'grid.columns': 7, 'width': 64, 'height': 48})
     for module, name, value in (
-            *SMALL, (follows, 'BASE', base), (follows, 'DEFAULT', '7 symplectic'),
+            *SMALL, (follows, 'FINEST', (17, 25)), (follows, 'BASE', base),
+            (follows, 'DEFAULT', '7 symplectic'),
             (follows, 'COLUMNS', (4, 7)), (follows, 'FEWER', 7), (follows, 'TURNS', 2),
             (follows, 'REQUIRED', 2), (follows, 'methods', few_methods), (sound, 'FIRST', (7, 4)),
             (study, 'all_sections', lambda: SECTIONS)):
@@ -89,7 +91,7 @@ def test_what_there_was_no_time_for_is_said(small, tmp_path):
     assert run(tmp_path) == 0
     text = (tmp_path / 'report.md').read_text()
     assert 'Not run for lack of time (method on columns): symplectic on 4' in text
-    assert 'Not measured for lack of time: a finer grid' in text
+    assert 'Not measured for lack of time: a finer grid, long' in text
     assert not re.search(r'(\| :?--:? )+\|\n\n', text)
 
 
@@ -98,8 +100,8 @@ def test_first_page_recommends_nothing_that_does_not_behave_or_rest(small, tmp_p
     assert run(tmp_path, 60.0) == 0
     store = study.Store(tmp_path, {})
     cost = follows.costs(store.rows(follows.NAME))
-    cheapest = min((row['setting'] for row in store.rows(sound.NAME) if sound.is_sound(row)),
-                   key=cost.get)
+    cheapest = min((row['setting'] for row in store.rows(sound.NAME)
+                    if sound.is_sound(row) and follows.SOFT not in row['setting']), key=cost.get)
     for column in ('behaves', 'rests'):
         assert f'**{cheapest}**' in frontier.text(store)
         row = store.row(sound.NAME, cheapest)
@@ -108,6 +110,67 @@ def test_first_page_recommends_nothing_that_does_not_behave_or_rest(small, tmp_p
         row[column] = kept
     lines = frontier.text(store).split('| :-- |')[1].splitlines()
     assert sum(line.startswith('| ') for line in lines) <= 6
+
+
+@pytest.fixture
+def made_up(tmp_path):
+    """Return a Store of four settings that behave and rest; own error: 0.5 and 2 px."""
+    store = study.Store(tmp_path, {})
+    for turn, gusts in enumerate(follows.GUSTS):
+        for name, cost, error in (('13 softened', 0.5, 8.0), ('25 symplectic', 1.0, 12.0),
+                                  ('49 symplectic', 2.0, 4.0), ('61 symplectic', 4.0, 3.0)):
+            store.add(follows.NAME, {
+                'key': f'{name}/{turn}', 'setting': name, 'turn': turn, 'gusts': gusts,
+                follows.RANKED: error, follows.PROMISED: 1.5 * error,
+                f'side_{follows.RANKED}': 0.5 * error, 'physics_ms': cost, 'drawing_ms': 0.0})
+            if not turn:
+                store.add(sound.NAME, {'key': name, 'setting': name, 'behaves': 1.0, 'rests': 0.1,
+                                       'sag_mm': 0.0})
+    for what, times in ((HALF, 1.0), (QUARTER, 2.0)):
+        store.add(references.NAME, {'key': what, 'what': what, 'turn': 0,
+                                    follows.RANKED: times * 0.5 / ranking.SAFETY,
+                                    follows.PROMISED: times * 2.0 / ranking.SAFETY})
+    return store
+
+
+def taken(store):
+    """Return {what a user may want: the columns that the first page names for it}."""
+    return dict(re.findall(r'^\| ([^|]*) \| \*\*(\d+) ', frontier.text(store), re.MULTILINE))
+
+
+def test_first_page_counts_the_error_of_the_reference(made_up):
+    """6 px are within 10 with it, and 4.5 not within 5; a tie goes to the cheaper."""
+    assert taken(made_up) == {
+        'a flag that looks right, for least': '25', 'within 10 px for 0.2 s': '49',
+        'the nearest by the numbers': '61'}
+    assert 'within 5 px' not in frontier.text(made_up)
+    assert 'differ by less than 2.5 px then are tied' in frontier.text(made_up)
+
+
+def test_a_softened_sheet_is_not_recommended(made_up):
+    """Although it is the cheapest and behaves: it is another sheet than was asked for."""
+    assert '13' not in taken(made_up).values()
+
+
+def test_settings_that_the_reference_cannot_tell_apart_are_tied(made_up):
+    """On the frontier, in rank and in the order, of which it is told where it does not agree."""
+    rows = made_up.rows(follows.NAME)
+    assert follows.best(rows) == ['13 softened', '49 symplectic', '61 symplectic']
+    assert follows.best(rows, own_errors.least_px(made_up, follows.RANKED)) == [
+        '13 softened', '49 symplectic']
+    assert follows.agreement(rows, 2.5).startswith('1.00 between two seeds')
+    for row in rows:
+        if row['gusts'] and row['setting'] in ('25 symplectic', '49 symplectic'):
+            row[follows.RANKED] = 16.0 - row[follows.RANKED]
+    assert '25 symplectic and 49 symplectic)' in follows.agreement(rows, 2.5)
+
+
+def test_an_error_of_references_that_is_not_known_is_said(tmp_path):
+    """Then nothing is tied."""
+    store = study.Store(tmp_path, {})
+    assert own_errors.own_px(store, follows.RANKED) is None
+    assert own_errors.least_px(store, follows.RANKED) == 0.0
+    assert 'was not measured' in references.in_short(store)
 
 
 def test_without_matplotlib_there_are_tables(small, tmp_path, monkeypatch):

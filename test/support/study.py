@@ -17,7 +17,8 @@ from flag_sim.study import search
 from flag_sim.study.measures import behaves, judge, reference, rests
 
 SMALL = (
-    (judge, 'FINEST', (17, 25)), (search, 'WINDOWS', 2), (search, 'FIRST', 1),
+    (judge, 'FINEST', (17, 25)), (search, 'SHOTS', 2), (search, 'WINDOWS', 1),
+    (search, 'FIRST', 1),
     (judge, 'SETTLE', 0.5), (judge, 'LENGTH', 2.0), (behaves, 'WITHIN', 100.0),
     (rests, 'STILLED', 0.3), (rests, 'FREE', 0.3),
     (rests, 'WATCHED', 0.1), (rests, 'SLOW', 1e5), (rests, 'DEEPER', 10.0),

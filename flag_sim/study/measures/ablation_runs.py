@@ -13,19 +13,20 @@
 # limitations under the License.
 
 """Two runs, with a term and without it, that begin from the same states."""
+import functools
 import math
 import time
 
 from flag_sim.cloth import Cloth, Diverged
 from flag_sim.cloth.mesh import resample
 from flag_sim.declarations.factories import cloth_of, look_of
-from flag_sim.drawing import Picture
+from flag_sim.drawing import Camera, Picture
 from flag_sim.study.measures import errors, summary
-from flag_sim.study.measures.ablation_terms import settings_of, Term
+from flag_sim.study.measures.ablation_terms import settings_of, SHOTS, Term
 from flag_sim.study.measures.behaves import behaves, together
 from flag_sim.study.measures.follows import HORIZONS
 from flag_sim.study.measures.judge import LENGTH, SETTLE
-from flag_sim.study.measures.long_run import observed
+from flag_sim.study.measures.long_run import LongRun, observed
 from flag_sim.study.measures.reference import Shot, Window
 from flag_sim.study.measures.rests import rest
 from flag_sim.study.measures.settings import changed, DEFAULTS, rendered, Settings
@@ -40,6 +41,30 @@ GUSTS = 0.3  # intensity for the long runs of a steady shot: else they would all
 REPEATS = 15  # frames that are timed, of each of both runs in turn
 VISIBLE = 3
 """Levels of 255 by which a channel of a pixel must change for the pixel to count as changed."""
+
+
+def in_gusts(settings: Settings, gusts: int) -> Shot:
+    """Return the shot of settings for long runs, whose gust.seed is higher by `gusts`."""
+    return Shot(changed(settings, {
+        'gust.intensity': settings['gust.intensity'] or GUSTS,
+        'gust.seed': settings['gust.seed'] + gusts}))
+
+
+def seen_by(settings: Settings) -> Camera:
+    """Return the camera of settings."""
+    return look_of(settings).camera
+
+
+@functools.lru_cache(maxsize=len(SHOTS))
+def runs_with(settings: tuple) -> list[LongRun | None]:
+    """
+    Return the long runs with a term, of the items of its settings.
+
+    They are the same for all terms that are on by default, in one shot: so they are kept.
+    """
+    scene = dict(settings)
+    return [observed(in_gusts(scene, gusts), cloth_of(scene), seen_by(scene), SETTLE, LENGTH)
+            for gusts in range(SEEDS)]
 
 
 class AblationRuns:
@@ -111,10 +136,10 @@ class AblationRuns:
 
         px_rms, px_worst: at the windows' ends, as the camera sees it; behaves: of the runs
         without, by those with the term (see behaves); rests: residual speed without it [mm/s];
-        psnr_db, ssim, levels (mean absolute), changed (share of pixels): of the pictures at the
-        windows' ends; ms and spread_ms with and without: median and interquartile range of a
-        frame's processor time, of the physics or the drawing or both, whichever has other
-        parameters; None if they tell nothing.
+        levels (mean absolute), changed (share of pixels): of the pictures at the windows' ends;
+        ms and spread_ms with and without: median and interquartile range of a frame's processor
+        time, of the physics or the drawing or both, whichever has other parameters; None if they
+        tell nothing.
         """
         row = dict.fromkeys(('px_rms', 'px_worst', 'behaves', 'rests'))
         starts = self.starts()
@@ -135,28 +160,23 @@ class AblationRuns:
 
     def _sound(self):
         """Return how the flag behaves and rests without the term; inf where it diverges."""
-        camera = look_of(self.settings[0]).camera
-        gusty = {} if self.settings[0]['gust.intensity'] else {'gust.intensity': GUSTS}
-        with_it, without = [], []
-        for which, runs in enumerate((with_it, without)):
-            settings = changed(self.settings[which], gusty)
-            for gusts in range(SEEDS - which):
-                shot = Shot(changed(settings, {'gust.seed': settings['gust.seed'] + gusts}))
-                runs.append(observed(shot, self.cloth(which), camera, SETTLE, LENGTH))
+        scene, other = self.settings
+        with_it = runs_with(tuple((name, tuple(value) if isinstance(value, list) else value)
+                                  for name, value in scene.items()))
+        without = [observed(in_gusts(other, gusts), self.cloth(1), seen_by(scene), SETTLE, LENGTH)
+                   for gusts in range(SEEDS - 1)]
         number = math.inf if None in with_it else together(behaves(without, with_it))
         return {'behaves': number, 'rests': rest(self.shots[1], self.cloth(1)).speed}
 
     def _pictures(self, ends):
         """Return by how much the pictures of both runs differ at all the windows' ends."""
-        row = dict.fromkeys(('psnr_db', 'ssim', 'levels', 'changed'))
+        row = dict.fromkeys(('levels', 'changed'))
         if not ends:
             return row
         one, other = ([rendered(settings, positions) for positions in run]
                       for settings, run in zip(self.settings, zip(*ends)))
         apart = np.abs(np.int16(one) - np.int16(other))
-        ssims = [errors.ssim(*pair) for pair in zip(other, one)]
-        values = (errors.psnr(np.concatenate(other), np.concatenate(one)), np.mean(ssims),
-                  apart.mean(), (apart.max(axis=-1) >= VISIBLE).mean())
+        values = apart.mean(), (apart.max(axis=-1) >= VISIBLE).mean()
         return dict(zip(row, map(float, values)))
 
     def times(self, start: Window) -> dict:

@@ -179,7 +179,7 @@ TERMS = (
          'off: smooths edges, for about three times the time of drawing'),
     Term('Z-buffer', {}, {'hidden_surface': 'painter'}, WINDS,
          'on: right where triangles cross, too'),
-    Term('finer grid', finer(), {}, WINDS,
+    Term('finer grid', finer(), {}, ('fresh',),
          'off: costs more time than all else'),
 )
 """In the order in which they are measured."""

@@ -132,6 +132,17 @@ def behaves(runs: list[LongRun | None], reference: list[LongRun]) -> dict[str, f
             for name, one in STATISTICS.items()}
 
 
+def own_scatter(reference: list[LongRun]) -> float:
+    """
+    Return the standard deviation of `together` of the reference's runs, each by all the others.
+
+    That is what the number of one run is uncertain by: in other gusts it would be another.
+    """
+    found = [together(behaves([one], [one, *(other for other in reference if other is not one)]))
+             for one in reference]
+    return float(np.std(found, ddof=1))
+
+
 def together(distances: dict[str, float]) -> float:
     """Return the one number of `behaves`: the root mean square over all statistics."""
     return rms(list(distances.values()))

@@ -12,23 +12,11 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""How wrong a motion or a picture is: in metres, in pixels of a camera, and as people see it."""
-import math
-
+"""How wrong a motion is, in pixels of a camera; and pictures at another size."""
 from flag_sim.drawing import Camera
 import numpy as np
 
 Array = np.ndarray
-
-LUMA = np.array([0.299, 0.587, 0.114])
-"""Shares of red, green and blue in what the eye sees as brightness (ITU-R BT.601)."""
-SIGMA, REACH = 1.5, 5  # of SSIM's Gaussian window [pixel]: 11 x 11
-C1, C2 = (0.01 * 255.0)**2, (0.03 * 255.0)**2  # SSIM's constants against division by zero
-
-
-def distances(positions: Array, reference: Array) -> Array:
-    """Return the distances [m] of vertices (rows, columns, 3) [m]: (rows, columns)."""
-    return np.linalg.norm(positions - reference, axis=-1)
 
 
 def on_screen(positions: Array, camera: Camera) -> tuple[Array, Array]:
@@ -56,38 +44,6 @@ def pixel_distances(positions: Array, reference: Array, camera: Camera) -> Array
     if not seen.any():
         raise ValueError('the camera does not see the flag')
     return np.linalg.norm(at - right, axis=-1)[seen]
-
-
-def psnr(picture: Array, reference: Array) -> float:
-    """Return the peak signal-to-noise ratio [dB] of (height, width, 3) uint8, inf if equal."""
-    mean_square = np.mean((picture.astype(np.float64) - reference)**2)
-    return 10.0 * math.log10(255.0**2 / mean_square) if mean_square > 0.0 else math.inf
-
-
-def ssim(picture: Array, reference: Array) -> float:
-    """
-    Return the structural similarity of two pictures (height, width, 3) uint8: 1 if equal.
-
-    Wang, Bovik, Sheikh, Simoncelli, Image Quality Assessment: From Error Visibility to Structural
-    Similarity, 2004: of their brightness, as the mean over all windows that fit in the picture.
-    """
-    x, y = (image @ LUMA for image in (picture, reference))
-    mean_x, mean_y = _blur(x), _blur(y)
-    var_x, var_y = _blur(x * x) - mean_x**2, _blur(y * y) - mean_y**2
-    covariance = _blur(x * y) - mean_x * mean_y
-    return float(np.mean((2.0 * mean_x * mean_y + C1) * (2.0 * covariance + C2)
-                         / ((mean_x**2 + mean_y**2 + C1) * (var_x + var_y + C2))))
-
-
-def _blur(image):
-    """Return the Gaussian means of all windows inside an image, which lose it its border."""
-    at = np.arange(-REACH, REACH + 1)
-    weights = np.exp(-0.5 * (at / SIGMA)**2)
-    weights /= weights.sum()
-    for _ in range(2):
-        count = image.shape[0] - 2 * REACH
-        image = sum(w * image[k:k + count] for k, w in enumerate(weights)).T
-    return image
 
 
 def resized(picture: Array, height: int, width: int) -> Array:

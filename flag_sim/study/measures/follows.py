@@ -20,9 +20,10 @@ they are: that is the horizon. Until then settings are measured as weather forec
 error that grows with time from a common state; beyond it only by statistics (see behaves).
 """
 from flag_sim.cloth import Cloth, Diverged
+from flag_sim.cloth.mesh import resample
 from flag_sim.drawing import Camera
 from flag_sim.study.measures.errors import pixel_distances
-from flag_sim.study.measures.reference import Reference, Shot, Window
+from flag_sim.study.measures.reference import Shot
 from flag_sim.study.measures.summary import rms
 import numpy as np
 
@@ -54,12 +55,22 @@ def ends(shot: Shot, cloth: Cloth, start: int, frames: list[int]) -> list[np.nda
     return found
 
 
-def errors_px(found: list[np.ndarray | None], reference: Reference, window: Window,
-              frames: list[int], camera: Camera) -> list[float | None]:
-    """Return the RMS distance [pixel] of each of `ends` from the reference; None where None."""
-    return [None if end is None else rms(pixel_distances(
-        reference.on_finest(end), window.ends[count - 1], camera))
-        for end, count in zip(found, frames)]
+def shared(one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """
+    Return positions (rows, columns, 3) of two grids at the nodes of the coarser of them.
+
+    Exactly as they are where the nodes of the coarser are nodes of the finer; else the finer is
+    interpolated, which is the smaller error.
+    """
+    grid = [min(pair) for pair in zip(one.shape[:2], other.shape[:2])]
+    return resample(one, *grid), resample(other, *grid)
+
+
+def errors_px(found: list[np.ndarray | None], right: list[np.ndarray | None],
+              camera: Camera) -> list[float | None]:
+    """Return the RMS distance [pixel] of each of `ends` from the right ones; None where None."""
+    return [None if end is None or exact is None else rms(pixel_distances(
+        *shared(end, exact), camera)) for end, exact in zip(found, right)]
 
 
 def horizon(times: list[float], apart: list[float], unrelated: float) -> float | None:

@@ -32,11 +32,16 @@ from flag_sim.animation.gusts import Gusts
 from flag_sim.animation.wind_vector import wind_vector
 from flag_sim.cloth import Cloth, Diverged
 from flag_sim.cloth.mesh import resample
+from flag_sim.cloth.stability import SHORTEST_STEP
 from flag_sim.declarations.factories import cloth_of
 from flag_sim.study.measures.settings import changed, RANGES, Settings
+from flag_sim.study.measures.stability_trial import largest_step
 import numpy as np
 
 FINEST = (81, 121)  # rows and columns of the finest grid: four times as fine as the default
+EXACT = {'solver': 'symplectic', 'substeps': 0, 'step_safety': 0.9,
+         'substeps_limit': RANGES['substeps_limit'][1]}
+"""How a reference takes its steps: as many as it needs."""
 SPIN_UP = 2.0  # until the first window: the flag, laid out flat, has then fallen into the wind [s]
 SPACING = 1.0  # from one window to the next [s]
 LEAD = 0.2  # on the finest grid before a window [s]
@@ -110,6 +115,26 @@ def on_grid(settings: Settings, rows: int, columns: int, **changes) -> Settings:
                               'damping': settings['damping'] * scale, **changes})
 
 
+def steps(settings: Settings) -> float:
+    """Return how many steps exact settings take for a second of motion."""
+    cloth = cloth_of(settings)
+    step = largest_step('symplectic', cloth.material, cloth.air, cloth.mesh)
+    return max(settings['rate'], 1.0 / (settings['step_safety'] * step))
+
+
+def exact(settings: Settings, rows: int, columns: int) -> Settings:
+    """
+    Return settings of the same sheet for a reference on a grid.
+
+    In single precision, which takes half the time and differs by hundredths of a pixel until
+    chaos takes over, but where it would lose the steps in rounding.
+    """
+    single = on_grid(settings, rows, columns, **EXACT, precision='float32')
+    # Each frame has a whole number of steps, one more at most.
+    lost = (steps(single) + settings['rate']) * SHORTEST_STEP['float32'] > 1.0
+    return changed(single, {'precision': 'float64'}) if lost else single
+
+
 class Reference:
     """
     The windows of a shot, computed when they are asked for.
@@ -119,18 +144,13 @@ class Reference:
     """
 
     def __init__(self, settings: Settings, frames: int, folder: Path, finest: tuple[int, int]):
-        self.settings = {**settings, 'solver': 'symplectic', 'substeps': 0, 'step_safety': 0.9,
-                         'substeps_limit': RANGES['substeps_limit'][1], 'precision': 'float64'}
+        self.settings = settings
         self.shot = Shot(settings)
         self.frames = frames
         self.finest = finest
         self.folder = folder
         self._windows = {}
         self._middle = self._frame = None  # the cloth on the middle grid, and its frame
-
-    def has(self, number: int) -> bool:
-        """Return whether a window is there already."""
-        return self._path(number).exists()
 
     def window(self, number: int) -> Window:
         """Return a window."""
@@ -153,21 +173,18 @@ class Reference:
                       for values in (window.positions, window.velocities)))
         return cloth
 
-    def on_finest(self, positions: np.ndarray) -> np.ndarray:
-        """Return positions of another grid at all nodes of the finest, as triangles fill them."""
-        return resample(positions, *self.finest)
-
     def _computed(self, number):
         """Return a window; the cloth on the middle grid moves on from the last one, if it can."""
         frame = self.shot.frames(SPIN_UP + number * SPACING)
         begin = frame - self.shot.frames(LEAD)
         rows, columns = ((count + 1) // 2 for count in self.finest)
         if self._middle is None or self._frame > begin:
-            self._middle, self._frame = cloth_of(on_grid(self.settings, rows, columns)), 0
+            self._middle, self._frame = cloth_of(exact(self.settings, rows, columns)), 0
         self.shot.play(self._middle, self._frame, begin)
         self._frame = begin
-        cloth = cloth_of(on_grid(self.settings, *self.finest))
-        cloth.place(*map(self.on_finest, (self._middle.positions, self._middle.velocities)))
+        cloth = cloth_of(exact(self.settings, *self.finest))
+        cloth.place(*(resample(values, *self.finest)
+                      for values in (self._middle.positions, self._middle.velocities)))
         self.shot.play(cloth, begin, frame)
         start, ends = (cloth.positions, cloth.velocities), []
         for after in range(frame, frame + self.frames):

@@ -21,7 +21,6 @@ Rows = list[dict]
 """Rows of measurements {column: value}, None where a run diverged."""
 
 COST = ('physics_ms', 'drawing_ms')  # columns whose sum is what a frame costs
-MIN_GAIN = 0.1  # part of an error that makes a difference
 SIGNIFICANT = 2.0
 """Standard deviations by which two costs must differ to count as two: 1 of 20 pairs errs."""
 QUARTILE = 0.6745  # of the standard normal distribution: half of all values are nearer to zero
@@ -45,17 +44,6 @@ def total(rows: Rows, column: str) -> float:
     """Return the root of the mean square of a column; inf where a run diverged."""
     values = [row[column] for row in rows]
     return math.inf if None in values else rms(values)
-
-
-def worst(rows: Rows, column: str) -> float:
-    """Return the greatest value of a column; inf where a run diverged."""
-    return max(math.inf if row[column] is None else row[column] for row in rows)
-
-
-def mean(rows: Rows, column: str) -> float | None:
-    """Return the mean of a column over the runs that did not diverge; None if all did."""
-    values = [row[column] for row in rows if row[column] is not None]
-    return sum(values) / len(values) if values else None
 
 
 def quartiles(rows: Rows, *columns: str) -> tuple[float, float, float] | None:
@@ -118,34 +106,3 @@ def _log_costs(rows):
              for some in grouped(rows, 'setting').values()
              if not any(row[column] is None for row in some for column in COST)]
     return np.log(np.array(found).reshape(len(found), -1 if found else 0))
-
-
-def frontier(points: list[tuple[float, float]], same: float) -> list[int]:
-    """
-    Return the indices of points (cost, error) that no other beats in both, by their cost.
-
-    Costs less than the part `same` apart count as equal (see resolution): chance would decide
-    which is the cheaper. A dearer point must lower the error by at least the part MIN_GAIN of it.
-    """
-    best, found = math.inf, []
-    for index in sorted(range(len(points)), key=lambda i: points[i]):
-        cost, wrong = points[index]
-        beaten = any(other < wrong and cost <= dearer <= (1.0 + same) * cost
-                     for dearer, other in points)
-        if wrong < best and not beaten:
-            best = (1.0 - MIN_GAIN) * wrong
-            found.append(index)
-    return found
-
-
-def kendall(one: list[float], other: list[float]) -> float | None:
-    """
-    Return Kendall's tau of two rankings of the same things: 1 where they agree, -1 where reversed.
-
-    Of the pairs that differ in both; None where there is none.
-    """
-    one, other = np.asarray(one), np.asarray(other)
-    i, j = np.triu_indices(len(one), 1)
-    signs = np.sign(one[i] - one[j]) * np.sign(other[i] - other[j])
-    counted = signs[signs != 0]
-    return float(counted.mean()) if len(counted) else None

@@ -30,7 +30,7 @@ from flag_sim.study.runner import Batch
 from flag_sim.study.store import Store
 import numpy as np
 
-PLACE, NAME, SHARE = 4, 'ablation', 3.0
+PLACE, NAME, SHARE = 4, 'ablation', 4.0
 SHORTEST = 0.01  # share of pixels [%] at which the plot begins; what is below stands there
 APART = 1.0  # time since both runs of two pictures were in the same state [s]
 COLUMNS = 4  # of the sheet of pictures
@@ -64,7 +64,9 @@ def text(store: Store) -> str:
             row['rests'], None if row['changed'] is None else 100.0 * row['changed'],
             row['ms_with'], saved and f'{round(saved[0], 2) + 0.0:.2f} ± {saved[1]:.2f}',
             BY_NAME[row['term']].why])
-    missing = [term.name for term in TERMS if term.name not in {row['term'] for row in rows}]
+    known = {(row['term'], row['shot']) for row in rows}
+    missing = [f'{term.name} ({", ".join(shots)})' for term in TERMS if (
+        shots := [shot for shot in term.shots if (term.name, shot) not in known])]
     return TEXT + '\n\n' + table(
         ['term', 'shot', 'follows: px RMS (worst)', 'behaves', 'rests: mm/s', 'pixels changed, %',
          'with it, ms', 'saved without, ms', 'by default'], lines) + (

@@ -14,91 +14,95 @@
 
 """How it was measured, and how exact the references are: what they can tell apart."""
 from collections.abc import Iterator
-import math
 
-from flag_sim.study.measures import follows as horizons
+from flag_sim.study.measures import ranking, summary
 from flag_sim.study.measures.behaves import scatter, STATISTICS
-from flag_sim.study.measures.judge import EXACT, LENGTH, RUNS
-from flag_sim.study.measures.reference import on_grid
+from flag_sim.study.measures.judge import halved, LENGTH, RUNS
+from flag_sim.study.measures.reference import exact
 from flag_sim.study.report import number, table
 from flag_sim.study.runner import Batch
-from flag_sim.study.sections import follows
+from flag_sim.study.sections import follows, own_errors
+from flag_sim.study.sections.own_errors import HALF, QUARTER
 from flag_sim.study.store import Store
 
-PLACE, NAME, SHARE = 6, 'references', 3.0
-STEP, GRID, COARSER, LONGER = WHAT = (
-    'another method', 'a finer grid', 'a coarser grid', 'a finer grid, long')
+PLACE, NAME, SHARE = 6, own_errors.ROWS, 1.5
+STEP, COARSER, LONGER = 'another method', 'statics of a grid half as fine', 'a finer grid, long'
+FORECASTS = HALF, QUARTER, STEP
 
 
 def batches(store: Store) -> Iterator[Batch]:
-    """Compare the references with more exact ones."""
+    """Compare the references with coarser ones and with a finer one."""
     judge = follows.judge(store.folder)
+    numbers = [f'{name}{column}' for name in ('', 'side_') for column in judge.columns]
 
-    def measured(what):
-        row = {**dict.fromkeys(judge.columns), 'horizon_s': None, 'behaves': None,
-               'rests': None, 'sag_mm': None}
-        if what in (STEP, GRID):
-            grid = judge.finest if what == STEP else tuple(2 * n - 1 for n in judge.finest)
-            solver = 'verlet' if what == STEP else EXACT['solver']
-            exact = on_grid(judge.scene, *grid, **EXACT | {'solver': solver})
-            found = judge.follow(exact, 0)
-            row |= {column: found[column] for column in judge.columns}
-        if what == STEP:
+    def measured(what, turn):
+        row = dict.fromkeys((*numbers, 'horizon_s', 'behaves', 'rests', 'sag_mm'))
+        if what in FORECASTS:
+            window, gusts = follows.moment(turn)
+            row |= judge.convergence(window, gusts)[FORECASTS.index(what)]
+        if what == STEP and not turn:
             row['horizon_s'] = judge.horizon()
         if what == COARSER:
-            rows, columns = ((n + 1) // 2 for n in judge.middle)
-            row |= judge.rest(on_grid(judge.scene, rows, columns, **EXACT))
+            row |= judge.rest(exact(judge.scene, *halved(judge.middle)))
         if what == LONGER:
-            row['behaves'] = judge.behave(on_grid(
-                judge.scene, *judge.finest, **EXACT | {'precision': 'float32'}), 1)['behaves']
+            finer = (2 * count - 1 for count in judge.middle)
+            row['behaves'] = judge.behave(exact(judge.scene, *finer), 1)['behaves']
         return row
 
-    for what in (STEP, COARSER, GRID, LONGER):
-        yield Batch(what, [{'what': what}], measured, what in (STEP, COARSER))
-
-
-def own_error(store: Store, column: str) -> float | None:
-    """Return how far the reference of forecasts is from more exact ones [px]; None: not known."""
-    found = [row[column] for row in store.rows(NAME) if row[column] is not None]
-    return math.hypot(*found) if found else None
+    turns = sorted(summary.grouped(store.rows(follows.NAME), 'turn'))
+    yield Batch('grids half and a quarter as fine', [
+        {'what': what, 'turn': turn} for turn in turns for what in FORECASTS], measured, True)
+    for what in (COARSER, LONGER):
+        yield Batch(what, [{'what': what, 'turn': 0}], measured, what == COARSER)
 
 
 def in_short(store: Store) -> str:
-    """Return in a sentence what the references can tell apart."""
-    row = store.row(NAME, GRID) or store.row(NAME, STEP)
-    if not row:
+    """Return in a sentence what the reference of forecasts can tell apart."""
+    own = [own_errors.own_px(store, column) for column in (follows.RANKED, follows.PROMISED)]
+    if None in own:
         return 'How exact the references are was not measured.'
-    own = own_error(store, follows.RANKED)
-    return (f'The reference of forecasts is itself wrong by {own:.2g} px after '
-            f'{horizons.HORIZONS[2]:g} s, so that errors below {5.0 * own:.2g} px are uncertain '
-            'by more than a fifth.')
+    return (f'The reference of forecasts is itself wrong by about {own[1]:.2g} px after '
+            f'{follows.PROMISED_AT:g} s, too much to rank by; after {follows.RANKED_AT:g} s by '
+            f'{own[0]:.2g} px, so that settings which differ by less than '
+            f'{ranking.FROM * own[0]:.2g} px then are tied.')
 
 
 def text(store: Store) -> str:
     """Return what the references are, and how exact."""
-    judge = follows.judge(store.folder)
-    rows = store.rows(NAME)
+    rows = summary.grouped(store.rows(NAME), 'what')
     if not rows:
         return ''
-    lines = [[row['what'], *(row[column] for column in judge.columns), row['behaves'],
-              row['rests'], row['sag_mm']] for row in rows]
-    apart = next((row['horizon_s'] for row in rows if row['horizon_s']), None)
+    judge = follows.judge(store.folder)
+    lines = [[what, *(summary.total(some, column) if what in FORECASTS else None
+                      for column in judge.columns),
+              *(some[0][column] for column in ('behaves', 'rests', 'sag_mm'))]
+             for what, some in rows.items()]
+    deeper = rows[COARSER][0]['sag_mm'] if COARSER in rows else None
+    lines.append(['**own error**', *(own_errors.own_px(store, column) for column in judge.columns),
+                  judge.own_scatter(), judge.at_rest.speed, deeper and abs(deeper)])
+    lines.append(['**ranked from**', *(None if value is None else ranking.FROM * value
+                                       for value in lines[-1][1:])])
+    apart = next((row['horizon_s'] for row in rows.get(STEP, []) if row['horizon_s']), None)
     units = ', '.join(f'{number(value)} for the {STATISTICS[name].title}'
                       for name, value in scatter(judge.long_runs).items())
-    missing = [what for what in WHAT if not store.row(NAME, what)]
+    missing = [what for what in (*FORECASTS, COARSER, LONGER) if what not in rows]
     fine, middle = (f'{columns} x {count} nodes' for count, columns in (
         judge.finest, judge.middle))
     return f"""## How it was measured, and how exactly
 
 The shot: the default flag, wind and camera, with gusts of {follows.BASE['gust.intensity']:g}.
 Forecasts are compared with the same sheet on {fine} (symplectic steps), in windows that
-begin from its states. The motion is chaotic: two converged runs part
+begin from its states, at the nodes that both have. The motion is chaotic: two converged runs part
 {f'after {apart:.2g} s' if apart else 'after more than 0.6 s'} in this shot; that is the horizon.
 Beyond it {RUNS} runs of {LENGTH:.0f} s on {middle}, in gusts of other seeds, are compared
 as distributions (Wasserstein's distance of each statistic, as in the energy distance). Their mean
 distance from one another is the unit of *behaves*: {units}. Statics is that same sheet at rest.
 
-How far more exact references, and a coarser one, are from them:
+How far other grids and another method are from the references, and what these themselves are wrong
+by: of forecasts, over {len(rows.get(HALF, []))} moments, the grid convergence index of the grids
+half and a quarter as fine (Roache, 1994); of *behaves*, by how much that number differs among the
+reference's own runs; of *rests*, its own residual speed, where statics has none, and by how much
+a coarser grid hangs deeper. Only what differs by {ranking.FROM:g} times that is ranked:
 
 {table(['compared with', *(f'px after {seconds:.2g} s' for seconds in judge.horizons), 'behaves',
         'rests, mm/s', 'deeper, mm'], lines)}

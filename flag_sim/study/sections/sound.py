@@ -17,7 +17,7 @@ from collections.abc import Iterator
 import math
 
 from flag_sim.declarations.factories import hang_of
-from flag_sim.study.measures import behaves, rests
+from flag_sim.study.measures import behaves, ranking, rests
 from flag_sim.study.measures.behaves import STATISTICS
 from flag_sim.study.measures.judge import LENGTH
 from flag_sim.study.report import table
@@ -25,9 +25,9 @@ from flag_sim.study.runner import Batch
 from flag_sim.study.sections import follows
 from flag_sim.study.store import Store
 
-PLACE, NAME, SHARE = 3, 'sound', 6.0
-FIRST = (31, 16, 25, 13)  # columns of the grids that are run first
-SOONEST = ('symplectic', 'symplectic float32')  # methods that are run before the others
+PLACE, NAME, SHARE = 3, 'sound', 5.0
+FIRST = (31, 25, 16, 13)  # columns of the grids that are run first
+SOONEST = ('symplectic float32', 'symplectic')  # methods that are run before the others
 
 
 def batches(store: Store) -> Iterator[Batch]:
@@ -37,7 +37,8 @@ def batches(store: Store) -> Iterator[Batch]:
     def place(name):
         columns, _, method = name.partition(' ')
         grid = int(columns)
-        return (method not in SOONEST, method in follows.methods(True),
+        return (grid > follows.FEWER and method != SOONEST[0], method not in SOONEST,
+                method in follows.methods(True),
                 FIRST.index(grid) if grid in FIRST else len(FIRST) + grid)
 
     def measured(setting):
@@ -60,6 +61,7 @@ def text(store: Store) -> str:
     rows = store.rows(NAME)
     if not rows:
         return ''
+    own = follows.judge(store.folder).own_scatter()
     lines = [[row['setting'], row['behaves'], *(row[name] for name in STATISTICS),
               None if math.isinf(row['rests']) else row['rests'],
               None if math.isinf(row['rests']) else row['sag_mm'],
@@ -74,9 +76,12 @@ def text(store: Store) -> str:
 
 **Behaves applies to all that is watched for longer than the horizon.** Over {LENGTH:.0f} s, how
 far is each statistic from the reference's, if 1 is how far the reference's own runs in other gusts
-are from one another? The number is the RMS over all of them; {behaves.WITHIN:g} is allowed.
+are from one another? The number is the RMS over all of them; {behaves.WITHIN:g} is allowed. It is
+uncertain by {own:.2g}, as among those runs: what differs by less than {ranking.FROM * own:.2g} is
+tied.
 **Rests applies to shots with calm air.** The wind stops, a hand stills the flag
-({rests.STILLED:g} s of `node_damping`), and it is let alone: the speed that is left after
+(`node_damping` until it moves by less than {rests.STILL:g} mm/s, for {rests.STILLED:g} s at most),
+and it is let alone: the speed that is left after
 {rests.FREE:g} s (RMS) may be {rests.SLOW:g} mm/s, and it may hang {100 * rests.DEEPER:g} % of its
 length deeper or higher than statics says.
 

@@ -159,8 +159,8 @@ def text(store: Store) -> str:
     """Return the text on the maps, with the count of what became of the trials."""
     rows = store.rows(NAME)
     broken = {trial.REFUSED.letter, trial.DIVERGING.letter}
-    lines = []
-    for name, panels in finest(rows).items():
+    lines, found = [], finest(rows)
+    for name, panels in found.items():
         chart = BY_NAME[name]
         for solver, own in panels.items():
             cells = [(letter, chart.bound(solver, x, row['y']) >= 1.0) for row in own
@@ -172,8 +172,12 @@ def text(store: Store) -> str:
                           f'{sum(one in broken for one in within)} of {len(within)}'])
     if not lines:
         return ''
+    missing = [f'{chart.name} of {", ".join(solvers)}' for chart in MAPS if (
+        solvers := [solver for solver in SOLVERS if solver not in found.get(chart.name, {})])]
     return TEXT + '\n\n' + table(['map', 'method', 'trials', *(
-        outcome.name for outcome in trial.OUTCOMES), 'broken below the bound'], lines)
+        outcome.name for outcome in trial.OUTCOMES), 'broken below the bound'], lines) + (
+        f'\n\nNot measured for lack of time (map of methods): {"; ".join(missing)}.'
+        if missing else '')
 
 
 TEXT = f"""## Where each method breaks
