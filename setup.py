@@ -103,6 +103,7 @@ setup(
             'ros-kilted-rosgraph-msgs>=2.3,<2.4',
             'ros-kilted-sensor-msgs>=5.5,<5.6',
             'ros-kilted-std-msgs>=5.5,<5.6',
+            'ros-kilted-visualization-msgs>=5.5,<5.6',
             'pyyaml>=6.0.1,<7',  # 6.0 has no wheel for 3.12, nor can it be built
         ],
         'record': [

@@ -62,5 +62,5 @@ from flag_sim.drawing.style import Materials, Style
 from flag_sim.drawing.visibility import Visibility
 
 __all__ = ['body', 'box_mesh', 'Camera', 'Dimensions', 'flag_scene', 'Frame', 'interpolate',
-           'LastFrame', 'Light', 'Materials', 'Mesh', 'Object', 'Picture', 'sheet', 'Style', 'Surface',
-           'transforms', 'Visibility']
+           'LastFrame', 'Light', 'Materials', 'Mesh', 'Object', 'Picture', 'sheet', 'Style',
+           'Surface', 'transforms', 'Visibility']

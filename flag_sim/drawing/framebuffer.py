@@ -16,7 +16,7 @@
 import dataclasses
 from typing import NamedTuple
 
-from flag_sim.drawing.channels import renewed, Resolved, RESOLVED
+from flag_sim.drawing.channels import renewed, RESOLVED, Resolved
 from flag_sim.drawing.visibility import Visibility
 from flag_sim.jit.kernels import kernel
 
@@ -117,7 +117,8 @@ class Framebuffer:
     def resolved(self) -> tuple[Resolved, np.ndarray]:
         """Return the images of RESOLVED and, once all is drawn, (2, bands) which columns changed."""
         (first, end), (last_first, last_end) = self._dirty, self._last_dirty
-        return self._resolved, np.stack([np.minimum(first, last_first), np.maximum(end, last_end)])
+        columns = np.stack([np.minimum(first, last_first), np.maximum(end, last_end)])
+        return self._resolved, columns
 
     def frame(self, scene) -> Frame:
         """Return the Frame of what was drawn of SceneBuffers."""

@@ -46,9 +46,9 @@ class Object:
     the triangles (eq. 1.13); surface: how it looks; label: a whole number from 0 to 255 that tells
     its pixels from others'; is_closed: whether it is a closed body, whose back faces are never
     seen; texture_coordinates: (n, 2) at the vertices, or None; before: (n, 3) [m], where the
-    vertices were in the frame before, or None where that is not known, for the flow. Arrays that are read-only are taken to be the same in the next frame; others are read
-    again. Raises ValueError for other shapes and types, and for triangles of vertices that do not
-    exist.
+    vertices were in the frame before, for the flow, or None where that is not known.
+    Arrays that are read-only are taken to be the same in the next frame; others are read again.
+    Raises ValueError for other shapes and types, and for triangles of vertices that do not exist.
     """
 
     vertices: np.ndarray

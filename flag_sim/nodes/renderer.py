@@ -20,10 +20,10 @@ import time
 from flag_sim.declarations.factories import Look, look_of
 from flag_sim.declarations.renderer import RENDERER
 from flag_sim.declarations.scene import check_scene
-from flag_sim.drawing import Picture
+from flag_sim.drawing import flag_scene, LastFrame, Picture
 from flag_sim.protocol.frames import FrameId
 from flag_sim.protocol.stamp_buffer import StampBuffer
-from flag_sim.ros import messages
+from flag_sim.ros import camera_messages, messages
 from flag_sim.ros.compiling import compiling
 from flag_sim.ros.frame_node import FrameNode
 from flag_sim.ros.lifecycle import run
@@ -46,17 +46,29 @@ A publisher that was killed remains visible for less than that.
 
 
 class Drawing:
-    """What a frame is drawn from, and the messages made of it so far."""
+    """
+    What a frame is drawn from, and the messages made of it so far.
 
-    def __init__(self, cloud: tuple[np.ndarray, np.ndarray | None], look: Look):
+    cloud: positions and normals; values: {parameter: value}; last: the frame before, or None.
+    """
+
+    def __init__(self, cloud: tuple[np.ndarray, np.ndarray | None], look: Look, values: Mapping,
+                 last: LastFrame | None):
         self.cloud = cloud
         self.look = look
+        self.values = values
+        self.last = last
         self.is_drawn = False
         self.messages = {}
 
+    def scene(self) -> list:
+        """Return the objects to draw."""
+        camera, _, materials, dimensions, _ = self.look
+        return flag_scene(*self.cloud, camera, materials, dimensions, self.last)
+
 
 class Renderer(FrameNode):
-    """Publishes image, camera_info and depth of every frame whose vertices and parameters came."""
+    """Publishes what the camera sees of every frame whose vertices and parameters came."""
 
     def __init__(self):
         super().__init__('renderer', RENDERER)
@@ -64,11 +76,11 @@ class Renderer(FrameNode):
         self._clouds = StampBuffer(DEPTH)  # positions and normals
         self._is_insisted = False  # whether the cloud that came last had come before
         self._first = None  # stamp of the take's first frame [ns]
+        self._last = None, None  # FrameId and Drawing of the frame before
         self._warm_up()
         # Made after that, for the number of threads is chosen by how long its first frames take.
         self._picture = Picture(self.values['threads'])
-        self._camera_out = {name: publish(self, f'camera/{name}')
-                            for name in ('image_raw', 'camera_info', 'depth/image_raw')}
+        self._camera_out = {name: publish(self, name) for name in camera_messages.available()}
         self._frame_done_out = publish(self, 'frame_done')
         self._start = time.monotonic()
         subscribe(self, 'vertices', self._on_vertices)
@@ -86,8 +98,10 @@ class Renderer(FrameNode):
             Picture().draw(square, None, *look_of(self.values))
 
     def check(self, values: Mapping) -> None:
-        """Raise ValueError for values that together make no scene."""
+        """Raise ValueError for values that together make no scene, and for a frame of no name."""
         check_scene(values)
+        if not values['camera.frame_id']:
+            raise ValueError('camera.frame_id must not be empty')
 
     # What arrives.
 
@@ -98,6 +112,7 @@ class Renderer(FrameNode):
         Without a wind there are no takes, and none is forgotten.
         """
         self._first = frame.stamp
+        self._last = None, None
         if frame.take is not None:
             self._clouds.keep({early.stamp for early in self._server.order.waiting.values()})
 
@@ -176,9 +191,19 @@ class Renderer(FrameNode):
         """Return the frame's Drawing, drawn if it has subscribers."""
         if values != self._values:
             self._values, self._look = values, look_of(values)
-        drawing = Drawing(self._clouds.take(frame.stamp), self._look)
+        drawing = Drawing(self._clouds.take(frame.stamp), self._look, values,
+                          self._frame_before(frame))
+        self._last = frame, drawing
         self._draw(frame.stamp, drawing)
         return drawing
+
+    def _frame_before(self, frame):
+        """Return the LastFrame, or None where that before this one was of a gap or another take."""
+        last, drawing = self._last
+        if last is None or frame.take is None or (
+                (last.take, last.index + 1) != (frame.take, frame.index)):
+            return None
+        return LastFrame(drawing.cloud[0], drawing.look.camera, drawing.look.dimensions)
 
     def _listened(self):
         return [name for name, publisher in self._camera_out.items()
@@ -191,18 +216,22 @@ class Renderer(FrameNode):
         A frame is drawn once: a subscriber to depth that comes after it was drawn without depth
         gets the next one.
         """
-        listened = self._listened()
-        if 'camera_info' in listened and 'camera_info' not in drawing.messages:
-            drawing.messages['camera_info'] = messages.camera_info_message(
-                stamp, drawing.look.camera)
-        with_depth = 'depth/image_raw' in listened
-        if not drawing.is_drawn and (with_depth or 'image_raw' in listened):
+        wanted = {name: camera_messages.TOPICS[name] for name in self._listened()
+                  if name not in drawing.messages}
+        pictures = [topic.channels for topic in wanted.values() if topic.channels is not None]
+        frame = None
+        if pictures and not drawing.is_drawn:
             drawing.is_drawn = True
-            channels = ['depth'] if with_depth else []
-            frame = self._picture.draw(*drawing.cloud, *drawing.look, channels)
-            drawing.messages['image_raw'] = messages.image_message(stamp, frame.colour)
-            if with_depth:
-                drawing.messages['depth/image_raw'] = messages.depth_message(stamp, frame.depth)
+            camera, light, _, _, style = drawing.look
+            channels = {channel for channels in pictures for channel in channels}
+            before = drawing.last and drawing.last.camera
+            frame = self._picture.draw_scene(drawing.scene(), camera, light, style, channels,
+                                             before)
+        shot = camera_messages.Shot(stamp, drawing.look.camera, self.values['camera.frame_id'],
+                                    frame, drawing.cloud[0], drawing.values)
+        for name, topic in wanted.items():
+            if topic.channels is None or frame is not None:
+                drawing.messages[name] = topic.message(shot)
 
     def answer(self, stamp: int, answer: Drawing) -> None:
         """Publish the picture and, if all of it has left, say that the frame is done."""

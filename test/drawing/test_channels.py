@@ -77,7 +77,7 @@ class Rays:
         self.hit = self.triangles >= 0
         a, b, c = np.moveaxis(optical[self.corners[self.triangles[self.hit]]], 1, 0)
         begins, ways = (array[self.hit] for array in ways_of(camera, (0.0, 0.0)))
-        # Where in the triangle (Moeller and Trumbore): Embree's own figures are of single precision.
+        # By Moeller and Trumbore, as Embree's own weights are of single precision.
         across = np.cross(ways, c - a)
         determinant = np.einsum('ij,ij->i', across, b - a)
         self.is_back = determinant < 0.0
