@@ -115,7 +115,7 @@ class Framebuffer:
         return self._visibility
 
     def resolved(self) -> tuple[Resolved, np.ndarray]:
-        """Return the images of RESOLVED and, once all is drawn, (2, bands) which columns changed."""
+        """Return the images of RESOLVED and, once all is drawn, the columns that changed."""
         (first, end), (last_first, last_end) = self._dirty, self._last_dirty
         columns = np.stack([np.minimum(first, last_first), np.maximum(end, last_end)])
         return self._resolved, columns

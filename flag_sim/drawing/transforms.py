@@ -70,7 +70,7 @@ def apply(matrix: np.ndarray, points: np.ndarray) -> np.ndarray:
 
 def quaternion(matrix: np.ndarray) -> tuple[float, float, float, float]:
     """
-    Return the rotation of `matrix` (4, 4) as a unit quaternion (x, y, z, w), w not below 0.
+    Return the rotation of a map (4, 4) as a unit quaternion: x, y, z and w, which is not below 0.
 
     Of its four squares, which the diagonal gives, the greatest is divided by (Shepperd, 1978).
     """

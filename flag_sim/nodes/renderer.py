@@ -198,7 +198,7 @@ class Renderer(FrameNode):
         return drawing
 
     def _frame_before(self, frame):
-        """Return the LastFrame, or None where that before this one was of a gap or another take."""
+        """Return the LastFrame, or None after a gap and where another take begins."""
         last, drawing = self._last
         if last is None or frame.take is None or (
                 (last.take, last.index + 1) != (frame.take, frame.index)):

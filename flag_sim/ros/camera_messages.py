@@ -27,7 +27,7 @@ from geometry_msgs.msg import (
     Point, Pose, PoseStamped, Quaternion, Transform, TransformStamped, Vector3)
 import numpy as np
 from rclpy.serialization import serialize_message
-from sensor_msgs.msg import CameraInfo, CompressedImage, Image
+from sensor_msgs.msg import CameraInfo, CompressedImage
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker
 

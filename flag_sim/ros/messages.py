@@ -149,8 +149,8 @@ def image_message(stamp: int, pixels: np.ndarray, frame_id: str = OPTICAL) -> Im
     kind = '8UC' if pixels.dtype == np.uint8 else '32FC'
     encoding = 'rgb8' if (kind, channels) == ('8UC', 3) else f'{kind}{channels}'
     return fill(Image(header=header(stamp, frame_id), height=height, width=width,
-                       encoding=encoding, is_bigendian=False,
-                       step=width * channels * pixels.itemsize, check_fields=True), pixels)
+                      encoding=encoding, is_bigendian=False,
+                      step=width * channels * pixels.itemsize, check_fields=True), pixels)
 
 
 def camera_info_message(stamp: int, camera: 'Camera', frame_id: str = OPTICAL) -> CameraInfo:
