@@ -48,7 +48,8 @@ class Light(Declared):
     azimuth: [rad] from x towards y, and elevation: [rad] above the horizon, of the place where
     the sun stands; intensity: of its light; ambient: of the other. A surface of diffuse 1 that
     faces the sun shows its own colour where intensity + ambient = 1. A sun lower than DIM_BELOW is
-    dimmed; below the ground it does not shine: what is left is the ambient light. Raises ValueError for a value out of its range.
+    dimmed; below the ground it does not shine: what is left is the ambient light. Raises
+    ValueError for a value out of its range.
     """
 
     azimuth: float = declared(-1.0, 'where the sun stands, from +x towards +y', 'rad',

@@ -13,9 +13,9 @@
 # limitations under the License.
 
 """The film of a shot: colours that are near, and times that can be read."""
+import av
 from flag_sim.drawing import Camera, Light, Picture, Style
 from flag_sim.tools.film import write_animation, write_contact_sheet, write_movie
-import av
 import numpy as np
 from PIL import Image, ImageSequence
 import pytest
