@@ -37,7 +37,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 @pytest.fixture
 def film(tmp_path: Path) -> Callable[..., Filmed]:
     """
-    Return `film(frames, topics, shot, node={parameter: value}, ...)`, which plays a shot.
+    Return what plays a shot: `film(frames, topics, shot, node={parameter: value}, ...)`.
 
     See flag_sim.testing.film.play. The nodes are processes in a ROS domain of their own, in
     lockstep, and have ended when it returns.
@@ -48,7 +48,7 @@ def film(tmp_path: Path) -> Callable[..., Filmed]:
 @pytest.fixture
 def golden(request: pytest.FixtureRequest) -> Golden:
     """
-    Return `golden(name, rgb)`, which fails unless an image is the stored one.
+    Return what fails unless an image is the stored one: `golden(name, rgb)`.
 
     The folder `golden` beside the test's file holds them; see flag_sim.testing.golden.Golden.
     """

@@ -54,8 +54,8 @@ class Filmed:
         """
         with AnyReader([self.bag]) as reader:
             chosen = [one for one in reader.connections if one.topic.lstrip('/') in self.topics]
-            for time, messages in itertools.groupby(reader.messages(chosen), lambda one: one[1]):
-                frame = {'stamp': time * 1e-9}
+            for at, messages in itertools.groupby(reader.messages(chosen), lambda one: one[1]):
+                frame = {'stamp': at * 1e-9}
                 for connection, _, data in messages:
                     frame[connection.topic.lstrip('/')] = _as_array(
                         reader.deserialize(data, connection.msgtype))
@@ -75,10 +75,9 @@ def _as_array(message):
 
 
 def play(folder: Path, frames: int, topics: Sequence[str] = ('camera/image_raw',),
-         shot: str | Path | None = None,
-         **nodes: Mapping[str, object]) -> Filmed:
+         shot: str | Path | None = None, **nodes: Mapping[str, object]) -> Filmed:
     """
-    Play so many frames of a shot in lockstep, record topics into a bag, and return what was filmed.
+    Play so many frames of a shot in lockstep, record topics into a bag, and return what it holds.
 
     folder: to be made, for the bag and the nodes' logs; shot: a params file, or the name of one of
     config/; nodes: for wind, physics and renderer {parameter: value}, which counts before the

@@ -127,7 +127,7 @@ def assert_declared(name, depends, setup, extras):
     assert in_pip in [re.match(r'[\w-]+', requirement)[0] for requirement in requirements]
 
 
-EXTRAS = ('ros', 'record', 'pictures', 'study')
+EXTRAS = ('ros', 'record', 'pictures', 'study', 'testing')
 
 
 @pytest.mark.parametrize('name', imported())

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Prints a digest of each solver's motion and each kind of picture, as this process compiles it."""
+"""Prints a digest of each solver's motion and each kind of picture, as compiled here."""
 import hashlib
 
 from flag_sim.cloth import Cloth

@@ -28,7 +28,8 @@ ROOT = Path(__file__).resolve().parents[2]
 THEIRS = """
 def test_a_flag(film, golden):
     filmed = film(3, ['camera/image_raw', 'camera/labels/image_raw', 'vertices'], 'gust',
-                  renderer={'width': 64, 'height': 48}, physics={'grid.columns': 5, 'grid.rows': 4})
+                  renderer={'width': 64, 'height': 48},
+                  physics={'grid.columns': 5, 'grid.rows': 4})
     frames = list(filmed)
     assert [round(30 * frame['stamp']) for frame in frames] == [0, 1, 2]
     assert frames[2]['camera/image_raw'].shape == (48, 64, 3)
