@@ -37,9 +37,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 @pytest.fixture
 def film(tmp_path: Path) -> Callable[..., Filmed]:
     """
-    Return what plays a shot: `film(frames, topics, shot, node={parameter: value}, ...)`.
+    Return what plays a shot in real nodes and hands over its frames.
 
-    See flag_sim.testing.film.play. The nodes are processes in a ROS domain of their own, in
+    To be called with (frames, topics, shot, node={parameter: value}, ...). See flag_sim.testing.film.play. The nodes are processes in a ROS domain of their own, in
     lockstep, and have ended when it returns.
     """
     return lambda *args, **nodes: play(tmp_path / 'film', *args, **nodes)
@@ -48,7 +48,7 @@ def film(tmp_path: Path) -> Callable[..., Filmed]:
 @pytest.fixture
 def golden(request: pytest.FixtureRequest) -> Golden:
     """
-    Return what fails unless an image is the stored one: `golden(name, rgb)`.
+    Return what fails unless an image is the stored one; to be called with (name, rgb).
 
     The folder `golden` beside the test's file holds them; see flag_sim.testing.golden.Golden.
     """
