@@ -39,8 +39,9 @@ def film(tmp_path: Path) -> Callable[..., Filmed]:
     """
     Return what plays a shot in real nodes and hands over its frames.
 
-    To be called with (frames, topics, shot, node={parameter: value}, ...). See flag_sim.testing.film.play. The nodes are processes in a ROS domain of their own, in
-    lockstep, and have ended when it returns.
+    To be called with (frames, topics, shot, node={parameter: value}, ...), see
+    flag_sim.testing.film.play. The nodes are processes in a ROS domain of their own, in lockstep,
+    and have ended when it returns.
     """
     return lambda *args, **nodes: play(tmp_path / 'film', *args, **nodes)
 
