@@ -53,6 +53,7 @@ soak:
 bench:
 	@.venv/bin/python test/benchmark/pipeline.py
 	@.venv/bin/python test/benchmark/animation.py
+	@.venv/bin/python test/benchmark/frame_time.py
 
 study:
 	@.venv/bin/python -m flag_sim.study --minutes '$(MINUTES)'
