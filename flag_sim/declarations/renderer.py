@@ -16,6 +16,7 @@
 from flag_sim.declarations.scene import DIMENSIONS, PLATFORM_FIELDS, POLE_FIELDS, SCENE
 from flag_sim.drawing import Camera, Light, Materials, Style
 from flag_sim.drawing.style import THREADS
+from flag_sim.parameters.declaration import Declaration
 from flag_sim.parameters.declared import Group
 
 CAMERA = Group(Camera(), 'camera.')
@@ -28,14 +29,24 @@ SURFACES = {
     'platform': Group(Materials().platform, 'platform.', exclude=('transmission',),
                       thing='platform'),
 }
+FRAME_ID = Declaration('camera.frame_id', 'camera_optical_frame',
+                       "name of the camera's optical frame in headers", fixed=True)
+COMPRESSED = (
+    Declaration('compressed.format', 'jpeg', 'of camera/image_raw/compressed',
+                choices=('jpeg', 'png')),
+    Declaration('compressed.jpeg_quality', 95, 'more is nearer to the picture, and larger', '',
+                1, 100),
+)
 
 RENDERER = (
     *SCENE,
     *CAMERA,
+    FRAME_ID,
     *STYLE.without('background'),
     *LIGHT,
     *(declaration for group in SURFACES.values() for declaration in group),
     *DIMENSIONS.without(*POLE_FIELDS, *PLATFORM_FIELDS),
     *STYLE.pick('background'),
+    *COMPRESSED,
     THREADS,
 )

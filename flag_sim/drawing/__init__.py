@@ -43,7 +43,8 @@ The modules, in the order in which a frame passes them:
 - outline: the triangles' edges as lines
 - multisample: several samples a pixel, where there are edges
 - visibility: which triangle each pixel sees
-- framebuffer: the frame, and the channels it can have
+- framebuffer: the frame, and its images that are kept
+- channels: normals, labels, texture coordinates and flow of what each pixel sees
 - attributes: any values, interpolated to the pixels of a frame
 - ranges: checks of what is passed in
 - plain: one triangle in plain numpy, to be read first
@@ -54,12 +55,12 @@ from flag_sim.drawing.camera import Camera
 from flag_sim.drawing.framebuffer import Frame
 from flag_sim.drawing.mesh import Mesh
 from flag_sim.drawing.picture import Picture
-from flag_sim.drawing.scene import body, flag_scene, Object, sheet
+from flag_sim.drawing.scene import body, flag_scene, LastFrame, Object, sheet
 from flag_sim.drawing.shading import Light, Surface
 from flag_sim.drawing.shapes import box_mesh, Dimensions
 from flag_sim.drawing.style import Materials, Style
 from flag_sim.drawing.visibility import Visibility
 
 __all__ = ['body', 'box_mesh', 'Camera', 'Dimensions', 'flag_scene', 'Frame', 'interpolate',
-           'Light', 'Materials', 'Mesh', 'Object', 'Picture', 'sheet', 'Style', 'Surface',
-           'transforms', 'Visibility']
+           'LastFrame', 'Light', 'Materials', 'Mesh', 'Object', 'Picture', 'sheet', 'Style',
+           'Surface', 'transforms', 'Visibility']

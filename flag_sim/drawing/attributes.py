@@ -19,7 +19,7 @@ Normals, texture coordinates, labels, velocities: of any number of channels, and
 are, from the Visibility of a frame alone.
 """
 from flag_sim.drawing import ranges
-from flag_sim.drawing.visibility import Visibility
+from flag_sim.drawing.visibility import Visibility, weights_of
 from flag_sim.jit.kernels import late_kernel
 from flag_sim.parameters import checks
 
@@ -77,8 +77,7 @@ def _interpolate(visibility, values, at_triangles, is_on_screen, nothing, image)
                 continue
             side = 1 if is_back[row, column] else 0
             a, b, c = corners[t, 0], corners[t, 1], corners[t, 2]
-            of_b, of_c = float(weights[row, column, 0]), float(weights[row, column, 1])
-            of_a = 1.0 - of_b - of_c
+            of_a, of_b, of_c = weights_of(weights, row, column)
             if is_on_screen and min(depths[a], depths[b], depths[c]) > 0.0:
                 # Weights in space are those on the screen over depth, brought to a sum of 1.
                 of_a, of_b, of_c = of_a * depths[a], of_b * depths[b], of_c * depths[c]

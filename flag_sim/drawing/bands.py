@@ -27,7 +27,7 @@ from flag_sim.drawing.depth import write_depth
 from flag_sim.drawing.framebuffer import write_rgb
 from flag_sim.drawing.multisample import (
     add_sample, average, begin_samples, mark_edges, TILE, Tiles, triangles_in_tiles)
-from flag_sim.drawing.pixels import LANES, Region
+from flag_sim.drawing.pixels import BAND, LANES, Region
 from flag_sim.drawing.polygon import new_polygon, Polygon
 from flag_sim.drawing.rasterizer import rasterize, RasterizerState, Target
 from flag_sim.drawing.triangle_setup import Batch, new_batch
@@ -36,9 +36,6 @@ from flag_sim.jit.kernels import late_kernel
 from flag_sim.parallel.atomics import fetch_add
 
 import numpy as np
-
-# Rows of a band.
-BAND = 32
 
 
 class Buffers(NamedTuple):

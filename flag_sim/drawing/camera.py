@@ -32,7 +32,8 @@ class Camera(Declared):
     """
     A camera that circles its target at a distance.
 
-    It stands at target + distance (cos el cos az, cos el sin az, sin el) and looks at the target.
+    It stands at target + distance (cos el cos az, cos el sin az, sin el) and looks at the target;
+    the right camera of a stereo pair is that same one, moved to its right by a baseline.
     Its optical frame is that of REP 103: x right, y down, z forward. "Right" is the horizontal
     (-sin az, cos az, 0), so that straight up and straight down are views like any other, and so
     is distance 0. Roll turns the camera right-handed about its forward axis: the picture turns
@@ -40,7 +41,8 @@ class Camera(Declared):
 
     width, height: [pixel]; projection: one of PROJECTIONS; vertical_fov: [rad], perspective only;
     scale: [m] of world that fill the height, orthographic only; target: (3,) [m]; distance [m];
-    azimuth, elevation, roll: [rad]; near: [m], nothing nearer along the optical axis is drawn.
+    azimuth, elevation, roll: [rad]; near: [m], nothing nearer along the optical axis is drawn;
+    baseline: [m], 0 for the left camera of a pair, and for one alone.
 
     Raises ValueError for a value out of its range. Frozen: use dataclasses.replace for another.
     """
@@ -61,6 +63,8 @@ class Camera(Declared):
                                 -math.pi / 2.0, math.pi / 2.0)
     roll: float = declared(0.0, 'turn about the line of sight', 'rad', -TURN, TURN)
     near: float = declared(0.05, 'nothing nearer is drawn', 'm', 0.001, 1000.0)
+    baseline: float = declared(0.0, 'to the right of the left camera of a stereo pair', 'm',
+                               -1000.0, 1000.0)
 
     @property
     def is_perspective(self) -> bool:
@@ -70,7 +74,8 @@ class Camera(Declared):
     @functools.cached_property
     def position(self) -> np.ndarray:
         """Where the camera stands: (3,) [m]."""
-        return np.array(self.target) - self.distance * self._axes[2]
+        return (np.array(self.target) - self.distance * self._axes[2]
+                + self.baseline * self._axes[0])
 
     @functools.cached_property
     def viewpoint(self) -> np.ndarray:
@@ -114,11 +119,17 @@ class Camera(Declared):
 
     @functools.cached_property
     def P(self) -> np.ndarray:
-        """Return the projection matrix of CameraInfo, from (x, y, z, 1) to (u, v, 1) w: (3, 4)."""
+        """
+        Return the projection matrix of CameraInfo, from (x, y, z, 1) to (u, v, 1) w: (3, 4).
+
+        Of a stereo pair both cameras' take points of the left one's optical frame.
+        """
         focal, (cu, cv) = self.focal, self.centre
+        shift = -focal * self.baseline
         if self.is_perspective:
-            return np.array([[focal, 0.0, cu, 0.0], [0.0, focal, cv, 0.0], [0.0, 0.0, 1.0, 0.0]])
-        return np.array([[focal, 0.0, 0.0, cu], [0.0, focal, 0.0, cv], [0.0, 0.0, 0.0, 1.0]])
+            return np.array([[focal, 0.0, cu, shift], [0.0, focal, cv, 0.0], [0.0, 0.0, 1.0, 0.0]])
+        return np.array([[focal, 0.0, 0.0, cu + shift], [0.0, focal, 0.0, cv],
+                         [0.0, 0.0, 0.0, 1.0]])
 
     def pixels_per_metre(self, distance: float) -> float:
         """Return how long [pixel] a metre across the view is at `distance` [m] from the camera."""

@@ -13,18 +13,14 @@
 # limitations under the License.
 
 """The frame that is the result, and how a band's pixels get there."""
-from collections.abc import Iterable
 import dataclasses
 from typing import NamedTuple
 
+from flag_sim.drawing.channels import renewed, RESOLVED, Resolved
 from flag_sim.drawing.visibility import Visibility
 from flag_sim.jit.kernels import late_kernel
-from flag_sim.parameters import checks
 
 import numpy as np
-
-# What a frame can hold beside the colour.
-CHANNELS = ('depth', 'visibility')
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -33,28 +29,35 @@ class Frame:
     What a camera saw.
 
     colour: (height, width, 3) uint8, C-contiguous, red, green and blue; depth: (height, width)
-    float32, along the optical axis at the pixels' centres [m], +inf where nothing is; visibility:
-    which triangle each pixel sees, from which any attribute can be interpolated. The last two are
-    None unless their channels were asked for. The arrays are read-only, and the picture that drew
-    them draws its next frame into the same memory: `copy()` what must stay.
+    float32, along the optical axis [m], +inf where nothing is; normals: (height, width, 3)
+    float32, of unit length in the optical frame, out of the side that is seen, 0 where nothing is;
+    labels: (height, width) uint8, of the objects, 0 where nothing is; texture_coordinates:
+    (height, width, 2) float32, nan where there are none; flow: (height, width, 2) float32, where
+    this point of the surface was in the frame before, minus where it is [pixel], nan where nothing
+    is or that is not known; visibility: which triangle each pixel sees, from which any attribute
+    can be interpolated. All but colour are of the pixels' centres, and None unless their channels
+    were asked for. The arrays are read-only, and the picture that drew them draws its next frame
+    into the same memory: `copy()` what must stay.
     """
 
     colour: np.ndarray
     depth: np.ndarray | None = None
+    normals: np.ndarray | None = None
+    labels: np.ndarray | None = None
+    texture_coordinates: np.ndarray | None = None
+    flow: np.ndarray | None = None
     visibility: Visibility | None = None
 
     def copy(self) -> 'Frame':
         """Return the same in memory of its own."""
-        return Frame(self.colour.copy(), None if self.depth is None else self.depth.copy(),
-                     None if self.visibility is None else
-                     Visibility(*(array.copy() for array in self.visibility)))
+        return Frame(**{field.name: _copy(getattr(self, field.name))
+                        for field in dataclasses.fields(self)})
 
 
-def channel_names(channels: Iterable) -> tuple:
-    """Return some of CHANNELS as a tuple; raises ValueError for other names."""
-    is_list = isinstance(channels, Iterable) and not isinstance(channels, (str, bytes))
-    checks.require(is_list, 'channels', 'a list of names', channels)
-    return tuple(checks.choice('each of channels', name, CHANNELS) for name in channels)
+def _copy(one):
+    """Return an array, a Visibility or None in memory of its own."""
+    return Visibility(*map(np.copy, one)) if isinstance(one, Visibility) else (
+        None if one is None else one.copy())
 
 
 class Images(NamedTuple):
@@ -87,7 +90,9 @@ class Framebuffer:
         self._rgb = self._bytes[:3 * height * width].reshape(height, width, 3)
         self._rgb.flags.writeable = False
         self._depth, self._visibility = np.empty((0, 0), np.float32), _nothing_visible(0, 0)
+        self._resolved = renewed(None, (), height, width)
         self._dirty = np.tile(np.array([[0], [width]], np.int32), bands)
+        self._last_dirty = self._dirty.copy()
         self._channels = ()
 
     def images(self, channels) -> Images:
@@ -97,19 +102,36 @@ class Framebuffer:
             self._depth = self._depth[:0]
         elif not self._depth.size:
             self._depth = np.full(self._shape, np.inf, np.float32)
-        has_visibility = 'visibility' in channels
+        has_visibility = not RESOLVED.keys().isdisjoint(channels) or 'visibility' in channels
         if has_visibility != bool(self._visibility[0].size):
             self._visibility = _nothing_visible(*(self._shape if has_visibility else (0, 0)))
+        self._resolved = renewed(self._resolved, channels, *self._shape)
+        self._last_dirty[:] = self._dirty
         return Images(self._bytes, self._words, self._depth, self._visibility, self._dirty)
+
+    @property
+    def seen(self) -> tuple:
+        """Return triangles, is_back and weights of the frame's Visibility."""
+        return self._visibility
+
+    def resolved(self) -> tuple[Resolved, np.ndarray]:
+        """Return the images of RESOLVED and, once all is drawn, the columns that changed."""
+        (first, end), (last_first, last_end) = self._dirty, self._last_dirty
+        columns = np.stack([np.minimum(first, last_first), np.maximum(end, last_end)])
+        return self._resolved, columns
 
     def frame(self, scene) -> Frame:
         """Return the Frame of what was drawn of SceneBuffers."""
-        depth = _read_only(self._depth) if 'depth' in self._channels else None
-        visibility = None
+        images = {name: _read_only(image) for name, image in
+                  (('depth', self._depth), *zip(RESOLVED, self._resolved))
+                  if name in self._channels}
+        if 'labels' in images:
+            images['labels'] = images['labels'][..., 0]
         if 'visibility' in self._channels:
-            visibility = Visibility(*map(_read_only, self._visibility), scene.triangles,
-                                    scene.projected.view_space[:, 2].copy())
-        return Frame(self._rgb, depth, visibility)
+            images['visibility'] = Visibility(
+                *map(_read_only, self._visibility), scene.triangles,
+                scene.projected.view_space[:, 2].copy())
+        return Frame(self._rgb, **images)
 
 
 def _nothing_visible(height, width):

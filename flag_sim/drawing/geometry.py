@@ -13,8 +13,10 @@
 # limitations under the License.
 
 """Geometry: a scene's triangles as arrays for the kernels, and its vertices on the screen."""
+import functools
 from typing import NamedTuple
 
+from flag_sim.drawing.camera import Camera
 from flag_sim.drawing.clipping import INSIDE, outcode
 from flag_sim.drawing.depth import to_reversed_z
 from flag_sim.jit.kernels import late_kernel
@@ -56,6 +58,19 @@ class Vertices(NamedTuple):
     v: np.ndarray
     reversed_z: np.ndarray
     outcodes: np.ndarray
+
+
+def new_vertices(count: int) -> Vertices:
+    """Make the arrays for so many vertices."""
+    return Vertices(np.empty((count, 3)), *np.empty((2, count), np.int32), np.empty(count),
+                    np.empty(count, np.int32))
+
+
+@functools.lru_cache(maxsize=8)
+def view_transform(camera: Camera) -> ViewTransform:
+    """Return a camera for the kernels."""
+    matrix = np.diag([camera.focal, camera.focal, 1.0, 1.0]) @ camera.pose
+    return ViewTransform(matrix, *map(float, camera.centre), camera.near, camera.is_perspective)
 
 
 class Geometry(NamedTuple):

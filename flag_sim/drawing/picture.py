@@ -18,10 +18,11 @@ import functools
 
 from flag_sim.drawing.bands import BAND, draw_bands, new_buffers, RenderSettings
 from flag_sim.drawing.camera import Camera
+from flag_sim.drawing.channels import attributes_of, channel_names, resolve, RESOLVED
 from flag_sim.drawing.culling import cull, Viewport
 from flag_sim.drawing.depth import clear_depth
-from flag_sim.drawing.framebuffer import channel_names, Frame, Framebuffer
-from flag_sim.drawing.geometry import project, SUBPIXELS, ViewTransform
+from flag_sim.drawing.framebuffer import Frame, Framebuffer
+from flag_sim.drawing.geometry import project, SUBPIXELS, view_transform
 from flag_sim.drawing.mesh import face_normals
 from flag_sim.drawing.multisample import PATTERNS
 from flag_sim.drawing.painter import far_to_near
@@ -83,28 +84,34 @@ class Picture:
 
     def draw_scene(self, objects: Iterable[Object], camera: Camera = Camera(),
                    light: Light = Light(), style: Style = Style(),
-                   channels: Iterable[str] = ()) -> Frame:
+                   channels: Iterable[str] = (), camera_before: Camera | None = None) -> Frame:
         """
         Draw a list of objects.
 
-        channels: what the Frame holds beside the colour, a list of names from
-        framebuffer.CHANNELS. Raises ValueError for what is of another class, for other names, and
+        channels: what the Frame holds beside the colour, a list of names: depth, normals, labels,
+        texture_coordinates, flow or visibility. camera_before: of the frame before, for the flow;
+        None: it stood still. Raises ValueError for what is of another class, for other names, and
         for a list without triangles.
         """
         checks.instance('camera', camera, Camera)
         checks.instance('light', light, Light)
         checks.instance('style', style, Style)
         channels = channel_names(channels)
+        if camera_before is not None:
+            checks.instance('camera_before', camera_before, Camera)
         checks.require(isinstance(objects, Iterable), 'objects', 'a list of Object', objects)
         objects = [checks.instance('each of objects', one, Object) for one in objects]
         with self._pool:
             self._pool.wake()
             if self._scene is None or not self._scene.fits(objects):
                 self._scene = SceneBuffers(objects)
-            geometry = self._scene.geometry(_view_transform(camera))
+            geometry = self._scene.geometry(view_transform(camera))
             colours = self._project_and_shade(objects, geometry, camera, light, style)
             order = self._cull(geometry, camera, style)
             self._rasterize(geometry, colours, order, camera, style, channels)
+            if not RESOLVED.keys().isdisjoint(channels):
+                self._resolve(attributes_of(objects, self._scene, channels, camera,
+                                            camera_before or camera))
         return self._framebuffer.frame(self._scene)
 
     def _project_and_shade(self, objects, geometry, camera, light, style):
@@ -187,12 +194,12 @@ class Picture:
 
         self._pool.parallel_for(work)
 
-
-@functools.lru_cache(maxsize=8)
-def _view_transform(camera):
-    """Return a camera for the kernels."""
-    matrix = np.diag([camera.focal, camera.focal, 1.0, 1.0]) @ camera.pose
-    return ViewTransform(matrix, *map(float, camera.centre), camera.near, camera.is_perspective)
+    def _resolve(self, attributes):
+        """Write the channels that are made from what each pixel sees."""
+        images, columns = self._framebuffer.resolved()
+        taken = np.zeros(1, np.int64)
+        self._pool.parallel_for(lambda thread: resolve(
+            taken, columns, self._framebuffer.seen, self._scene.triangles, attributes, images))
 
 
 @functools.lru_cache(maxsize=8)

@@ -19,6 +19,8 @@ from flag_sim.jit.kernels import late_inner_kernel
 
 import numpy as np
 
+# Rows of a band: what a thread draws at a time.
+BAND = 32
 # Pixels in a vector of 256 bits, and the mask that rounds a number down to whole vectors.
 LANES = 8
 WHOLE_VECTORS = np.uint64(2 ** 64 - LANES)

@@ -45,9 +45,10 @@ class Object:
     normals: (n, 3) at the vertices, out of the front, of any length, or None to average them from
     the triangles (eq. 1.13); surface: how it looks; label: a whole number from 0 to 255 that tells
     its pixels from others'; is_closed: whether it is a closed body, whose back faces are never
-    seen. Arrays that are read-only are taken to be the same in the next frame; others are read
-    again. Raises ValueError for other shapes and types, and for triangles of vertices that do not
-    exist.
+    seen; texture_coordinates: (n, 2) at the vertices, or None; before: (n, 3) [m], where the
+    vertices were in the frame before, for the flow, or None where that is not known.
+    Arrays that are read-only are taken to be the same in the next frame; others are read again.
+    Raises ValueError for other shapes and types, and for triangles of vertices that do not exist.
     """
 
     vertices: np.ndarray
@@ -56,6 +57,8 @@ class Object:
     surface: Surface = Surface()
     label: int = 0
     is_closed: bool = False
+    texture_coordinates: np.ndarray | None = None
+    before: np.ndarray | None = None
 
     def __post_init__(self):
         """Refuse what cannot be drawn."""
@@ -75,6 +78,30 @@ class Object:
         checks.instance('surface', self.surface, Surface)
         object.__setattr__(self, 'label', checks.whole('label', self.label, 0, 255))
         object.__setattr__(self, 'is_closed', checks.boolean('is_closed', self.is_closed))
+        for name, shape in (('texture_coordinates', (len(vertices), 2)),
+                            ('before', vertices.shape)):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, ranges.points(name, getattr(self, name), shape))
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class LastFrame:
+    """
+    What the frame before was drawn from, for the flow to this one.
+
+    flag_vertices: (rows, columns, 3) [m]; camera; dimensions: of pole and platform. Raises
+    ValueError for other shapes, and for what is not of its class.
+    """
+
+    flag_vertices: np.ndarray
+    camera: Camera = Camera()
+    dimensions: Dimensions = Dimensions()
+
+    def __post_init__(self):
+        """Refuse what was no frame."""
+        ranges.points('flag_vertices', self.flag_vertices, (None, None, 3))
+        checks.instance('camera', self.camera, Camera)
+        checks.instance('dimensions', self.dimensions, Dimensions)
 
 
 # Of arrays of triangles that are read-only: a weak reference and their extremes, by id.
@@ -95,53 +122,84 @@ def _extremes(triangles):
 
 
 def sheet(vertices: np.ndarray, normals: np.ndarray | None = None, surface: Surface = Surface(),
-          label: int = FLAG) -> Object:
+          label: int = FLAG, before: np.ndarray | None = None) -> Object:
     """
     Return a cloth as an object, both sides of which are seen.
 
     vertices: (rows, columns, 3) [m]; normals: the same shape, of any length, on the side of (row
-    direction) x (column direction), or None to average them (eq. 1.13).
+    direction) x (column direction), or None to average them (eq. 1.13); before: the vertices in
+    the frame before, or None. Its texture coordinates go from 0 to 1 along the rows, which is from
+    the hoist to the fly, and from 0 to 1 down the columns, the same on both sides.
     Raises ValueError for other shapes and types, and for fewer than two rows or columns.
     """
-    return _sheet('', vertices, normals, surface, label)
+    return _sheet('', vertices, normals, surface, label, before)
 
 
-def _sheet(prefix, vertices, normals, surface, label):
+def _sheet(prefix, vertices, normals, surface, label, before):
     """Return a sheet of which the arguments' names begin with a prefix, where they are refused."""
     vertices = ranges.points(f'{prefix}vertices', vertices, (None, None, 3))
     triangles = grid_triangles(*vertices.shape[:2])
     if normals is not None:
         normals = ranges.points(f'{prefix}normals', normals, vertices.shape).reshape(-1, 3)
-    return Object(vertices.reshape(-1, 3), triangles, normals, surface, label)
+    if before is not None:
+        before = ranges.points(f'{prefix}before', before, vertices.shape).reshape(-1, 3)
+    return Object(vertices.reshape(-1, 3), triangles, normals, surface, label,
+                  texture_coordinates=_grid_coordinates(*vertices.shape[:2]), before=before)
 
 
-def body(mesh: Mesh, surface: Surface = Surface(), label: int = 0) -> Object:
-    """Return a closed mesh as an object; raises ValueError for what is none."""
+@functools.lru_cache(maxsize=8)
+def _grid_coordinates(rows, columns):
+    """Return (u, v) of the nodes of a grid: (rows columns, 2)."""
+    v, u = np.mgrid[0.0:1.0:rows * 1j, 0.0:1.0:columns * 1j]
+    return np.column_stack([u.ravel(), v.ravel()])
+
+
+def body(mesh: Mesh, surface: Surface = Surface(), label: int = 0,
+         before: np.ndarray | None = None) -> Object:
+    """
+    Return a closed mesh as an object; raises ValueError for what is none.
+
+    before: (n, 3) [m], its vertices in the frame before, or None where that is not known.
+    """
     checks.instance('mesh', mesh, Mesh)
-    return Object(mesh.vertices, mesh.triangles, mesh.normals, surface, label, True)
+    return Object(mesh.vertices, mesh.triangles, mesh.normals, surface, label, True,
+                  before=before)
 
 
 def flag_scene(flag_vertices: np.ndarray, flag_normals: np.ndarray | None = None,
                camera: Camera = Camera(), materials: Materials = Materials(),
-               dimensions: Dimensions = Dimensions()) -> list[Object]:
+               dimensions: Dimensions = Dimensions(),
+               last: LastFrame | None = None) -> list[Object]:
     """
     Return the objects of the source's scene (sec. 1.2): the flag and, if seen, pole and platform.
 
-    flag_vertices, flag_normals: see sheet; camera: it decides how finely round things are cut.
+    flag_vertices, flag_normals: see sheet; camera: it decides how finely round things are cut;
+    last: the frame before, or None where there is none; a flag of another grid has no flow.
     Raises ValueError as sheet does, and for what is not of the class of its default.
     """
     checks.instance('camera', camera, Camera)
     checks.instance('materials', materials, Materials)
     checks.instance('dimensions', dimensions, Dimensions)
-    flag = _sheet('flag_', flag_vertices, flag_normals, materials.flag, FLAG)
-    return [flag, *_pole_and_platform(camera, materials, dimensions)]
+    before = dimensions_before = None
+    if last is not None:
+        checks.instance('last', last, LastFrame)
+        before = last.flag_vertices if np.shape(last.flag_vertices) == np.shape(
+            flag_vertices) else None
+        dimensions_before = last.dimensions
+    flag = _sheet('flag_', flag_vertices, flag_normals, materials.flag, FLAG, before)
+    return [flag, *_pole_and_platform(camera, materials, dimensions, dimensions_before)]
 
 
 @functools.lru_cache(maxsize=8)
-def _pole_and_platform(camera, materials, dimensions):
+def _pole_and_platform(camera, materials, dimensions, dimensions_before):
     objects, segments = [], dimensions.segments(camera)
+
+    def add(mesh_of, surface, label):
+        # Cut as finely as now, so that vertices are the same ones.
+        before = dimensions_before and mesh_of(dimensions_before, segments).vertices
+        objects.append(body(mesh_of(dimensions, segments), surface, label, before))
     if dimensions.pole_visible:
-        objects.append(body(pole_mesh(dimensions, segments), materials.pole, POLE))
+        add(pole_mesh, materials.pole, POLE)
     if dimensions.platform_visible:
-        objects.append(body(platform_mesh(dimensions, segments), materials.platform, PLATFORM))
+        add(platform_mesh, materials.platform, PLATFORM)
     return objects

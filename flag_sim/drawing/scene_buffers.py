@@ -16,7 +16,7 @@
 from typing import NamedTuple
 
 from flag_sim.drawing.culling import CHUNK, DrawOrder
-from flag_sim.drawing.geometry import Geometry, Vertices
+from flag_sim.drawing.geometry import Geometry, new_vertices, Vertices
 from flag_sim.drawing.mesh import vertex_normals
 from flag_sim.parameters import checks
 
@@ -68,8 +68,7 @@ class SceneBuffers:
         self.positions, self.normals = np.zeros((points, 3)), np.zeros((points, 3))
         self._objects, self._view, self._loaded = [], None, [None] * len(objects)
         self._sources = []
-        self.projected = Vertices(np.empty((points, 3)), *np.empty((2, points), np.int32),
-                                  np.empty(points), np.empty(points, np.int32))
+        self.projected = new_vertices(points)
         self.chunks = [[self._chunk(k, slice(first, min(first + VERTEX_CHUNK, vertices.stop)))
                         for first in range(vertices.start, vertices.stop, VERTEX_CHUNK)]
                        for k, (vertices, _) in enumerate(self.slices)]

@@ -68,6 +68,24 @@ def apply(matrix: np.ndarray, points: np.ndarray) -> np.ndarray:
     return points @ matrix[:3, :3].T + matrix[:3, 3]
 
 
+def quaternion(matrix: np.ndarray) -> tuple[float, float, float, float]:
+    """
+    Return the rotation of a map (4, 4) as a unit quaternion: x, y, z and w, which is not below 0.
+
+    Of its four squares, which the diagonal gives, the greatest is divided by (Shepperd, 1978).
+    """
+    m = checks.array('matrix', matrix, (4, 4))
+    trace = m[0, 0] + m[1, 1] + m[2, 2]
+    products = np.array([  # of each pair of x, y, z, w, times four
+        [1.0 + 2.0 * m[0, 0] - trace, m[0, 1] + m[1, 0], m[0, 2] + m[2, 0], m[2, 1] - m[1, 2]],
+        [m[0, 1] + m[1, 0], 1.0 + 2.0 * m[1, 1] - trace, m[1, 2] + m[2, 1], m[0, 2] - m[2, 0]],
+        [m[0, 2] + m[2, 0], m[1, 2] + m[2, 1], 1.0 + 2.0 * m[2, 2] - trace, m[1, 0] - m[0, 1]],
+        [m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1], 1.0 + trace]])
+    found = products[np.argmax(np.diag(products))]
+    found = found / math.copysign(np.linalg.norm(found), found[3])
+    return tuple(map(float, found))
+
+
 def _rotate(angle, first, second):
     """Turn the axis numbered `first` towards the axis numbered `second`."""
     angle = checks.finite('angle', angle)

@@ -112,3 +112,10 @@ def write_visibility(primitive_ids, depth, region, is_perspective, primitives, i
             weight_b = min(max(weight_b, 0.0), 1.0)
             weights[v, u, 0] = weight_b
             weights[v, u, 1] = min(max(weight_c, 0.0), 1.0 - weight_b)
+
+
+@late_inner_kernel
+def weights_of(weights, row, column):
+    """Return the weights of the three vertices at a pixel, of a Visibility's weights."""
+    of_b, of_c = float(weights[row, column, 0]), float(weights[row, column, 1])
+    return 1.0 - of_b - of_c, of_b, of_c

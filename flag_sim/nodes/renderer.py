@@ -14,6 +14,7 @@
 
 """The renderer node: draws the cloth of every `vertices` message into an image."""
 from collections.abc import Mapping, Sequence
+import contextlib
 import sys
 import time
 
@@ -21,10 +22,10 @@ from flag_sim.declarations.factories import Look, look_of
 from flag_sim.declarations.picture_kernels import PICTURE_KERNELS
 from flag_sim.declarations.renderer import RENDERER
 from flag_sim.declarations.scene import check_scene
-from flag_sim.drawing import Picture
+from flag_sim.drawing import flag_scene, LastFrame, Picture
 from flag_sim.protocol.frames import FrameId
 from flag_sim.protocol.stamp_buffer import StampBuffer
-from flag_sim.ros import serialized
+from flag_sim.ros import camera_messages, serialized
 from flag_sim.ros.cloud_reader import CloudReader
 from flag_sim.ros.compiling import compiling
 from flag_sim.ros.frame_node import FrameNode
@@ -49,17 +50,29 @@ A publisher that was killed remains visible for less than that.
 
 
 class Drawing:
-    """What a frame is drawn from, and the messages made of it so far, serialised."""
+    """
+    What a frame is drawn from, and the messages made of it so far, serialised.
 
-    def __init__(self, cloud: tuple[np.ndarray, np.ndarray | None], look: Look):
+    cloud: positions and normals; values: {parameter: value}; last: the frame before, or None.
+    """
+
+    def __init__(self, cloud: tuple[np.ndarray, np.ndarray | None], look: Look, values: Mapping,
+                 last: LastFrame | None):
         self.cloud = cloud
         self.look = look
+        self.values = values
+        self.last = last
         self.is_drawn = False
         self.messages = {}
 
+    def scene(self) -> list:
+        """Return the objects to draw."""
+        camera, _, materials, dimensions, _ = self.look
+        return flag_scene(*self.cloud, camera, materials, dimensions, self.last)
+
 
 class Renderer(FrameNode):
-    """Publishes image, camera_info and depth of every frame whose vertices and parameters came."""
+    """Publishes what the camera sees of every frame whose vertices and parameters came."""
 
     def __init__(self):
         super().__init__('renderer', RENDERER)
@@ -67,13 +80,14 @@ class Renderer(FrameNode):
         self._clouds = StampBuffer(DEPTH)  # positions and normals
         self._is_insisted = False  # whether the cloud that came last had come before
         self._first = None  # stamp of the take's first frame [ns]
+        self._last = None, None  # FrameId and Drawing of the frame before
+        self._known = set()  # channels that were drawn before
         with compiling(self, PICTURE_KERNELS.name(self.values)):
             PICTURE_KERNELS.warm_up(self.values)
         self._kernels = KernelSwitch(self, PICTURE_KERNELS, self.values, self._server.serve)
         # Made after that, for the number of threads is chosen by how long its first frames take.
         self._picture = Picture(self.values['threads'])
-        self._camera_out = {name: publish(self, f'camera/{name}')
-                            for name in ('image_raw', 'camera_info', 'depth/image_raw')}
+        self._camera_out = {name: publish(self, name) for name in camera_messages.available()}
         self._frame_done_out = publish(self, 'frame_done')
         self._done = serialized.header(self.get_name())
         self._start = time.monotonic()
@@ -87,8 +101,10 @@ class Renderer(FrameNode):
             f'{self.values["width"]} x {self.values["height"]} pixels, waiting for vertices')
 
     def check(self, values: Mapping) -> None:
-        """Raise ValueError for values that together make no scene."""
+        """Raise ValueError for values that together make no scene, and for a frame of no name."""
         check_scene(values)
+        if not values['camera.frame_id']:
+            raise ValueError('camera.frame_id must not be empty')
 
     # What arrives.
 
@@ -100,6 +116,7 @@ class Renderer(FrameNode):
         """
         self._first = frame.stamp
         self._kernels.restart()
+        self._last = None, None
         if frame.take is not None:
             self._clouds.keep({early.stamp for early in self._server.order.waiting.values()})
 
@@ -181,9 +198,19 @@ class Renderer(FrameNode):
         values = self._kernels.usable(values)
         if values != self._values:
             self._values, self._look = values, look_of(values)
-        drawing = Drawing(self._clouds.take(frame.stamp), self._look)
+        drawing = Drawing(self._clouds.take(frame.stamp), self._look, values,
+                          self._frame_before(frame))
+        self._last = frame, drawing
         self._draw(frame.stamp, drawing, self._listened())
         return drawing
+
+    def _frame_before(self, frame):
+        """Return the LastFrame, or None after a gap and where another take begins."""
+        last, drawing = self._last
+        if last is None or frame.take is None or (
+                (last.take, last.index + 1) != (frame.take, frame.index)):
+            return None
+        return LastFrame(drawing.cloud[0], drawing.look.camera, drawing.look.dimensions)
 
     def _listened(self):
         return [name for name, publisher in self._camera_out.items()
@@ -196,18 +223,25 @@ class Renderer(FrameNode):
         A frame is drawn once: a subscriber to depth that comes after it was drawn without depth
         gets the next one.
         """
-        if 'camera_info' in listened and 'camera_info' not in drawing.messages:
-            drawing.messages['camera_info'] = serialized.camera_info(drawing.look.camera).at(stamp)
-        with_depth = 'depth/image_raw' in listened
-        if not drawing.is_drawn and (with_depth or 'image_raw' in listened):
+        wanted = {name: camera_messages.TOPICS[name] for name in listened
+                  if name not in drawing.messages}
+        pictures = [topic.channels for topic in wanted.values() if topic.channels is not None]
+        frame = None
+        if pictures and not drawing.is_drawn:
             drawing.is_drawn = True
-            channels = ['depth'] if with_depth else []
-            frame = self._picture.draw(*drawing.cloud, *drawing.look, channels)
-            size = frame.colour.shape[:2]
-            drawing.messages['image_raw'] = serialized.image(*size).at(stamp, frame.colour)
-            if with_depth:
-                drawing.messages['depth/image_raw'] = serialized.depth(*size).at(
-                    stamp, frame.depth)
+            camera, light, _, _, style = drawing.look
+            channels = {channel for channels in pictures for channel in channels}
+            before = drawing.last and drawing.last.camera
+            with compiling(self, 'what the new channels need') if channels - self._known else (
+                    contextlib.nullcontext()):
+                frame = self._picture.draw_scene(drawing.scene(), camera, light, style, channels,
+                                                 before)
+            self._known |= channels
+        shot = camera_messages.Shot(stamp, drawing.look.camera, self.values['camera.frame_id'],
+                                    frame, drawing.cloud[0], drawing.values)
+        for name, topic in wanted.items():
+            if topic.channels is None or frame is not None:
+                drawing.messages[name] = topic.message(shot)
 
     def answer(self, stamp: int, answer: Drawing) -> None:
         """Publish the picture and, if all of it has left, say that the frame is done."""

@@ -36,6 +36,7 @@ class FrameNode(ParameterNode):
 
     def __init__(self, name: str, declarations: Iterable[Declaration]):
         super().__init__(name, declarations)
+        self._role = name  # whatever the node itself is called
         # What comes with a frame: its wind and keyed values.
         self._server = FrameServer(Handlers(
             self.is_ready, self._work, lambda stamp, answer: self.answer(stamp, answer),
@@ -94,7 +95,7 @@ class FrameNode(ParameterNode):
 
     def _own_values(self, keyed):
         """Return the keyed values that are this node's own, checked against its declarations."""
-        prefix = f'{self.get_name()}.'
+        prefix = f'{self._role}.'
         own = {name.removeprefix(prefix): value for name, value in keyed.items()
                if name.startswith(prefix)}
         return {name: self.accept_change(name, value) for name, value in own.items()}

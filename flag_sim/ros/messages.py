@@ -60,7 +60,7 @@ def header(stamp: int, frame_id: str) -> Header:
     return Header(stamp=to_time(stamp), frame_id=frame_id)
 
 
-def _fill(message, values):
+def fill(message, values):
     """
     Give a message the bytes of an array as its data; return it.
 
@@ -86,7 +86,7 @@ def cloud_message(stamp: int, positions: np.ndarray, normals: np.ndarray) -> Poi
     message = PointCloud2(header=header(stamp, WORLD), height=rows, width=columns, fields=fields,
                           is_bigendian=False, point_step=24, row_step=24 * columns,
                           is_dense=True, check_fields=True)
-    return _fill(message, points)
+    return fill(message, points)
 
 
 def read_cloud(message: PointCloud2) -> tuple[np.ndarray, np.ndarray | None]:
@@ -138,30 +138,29 @@ def _read_fields(message, fields, names):
     return values
 
 
-def image_message(stamp: int, rgb: np.ndarray) -> Image:
-    """Return an rgb8 Image of a (height, width, 3) uint8 array."""
-    height, width = rgb.shape[:2]
-    return _fill(Image(header=header(stamp, OPTICAL), height=height, width=width,
-                       encoding='rgb8', is_bigendian=False, step=3 * width,
-                       check_fields=True), rgb)
+def image_message(stamp: int, pixels: np.ndarray, frame_id: str = OPTICAL) -> Image:
+    """
+    Return an Image of pixels (height, width) or (height, width, channels).
+
+    Three channels of uint8 are rgb8; other uint8 and float32 are 8UCn and 32FCn of n channels.
+    """
+    height, width = pixels.shape[:2]
+    channels = pixels.shape[2] if pixels.ndim == 3 else 1
+    kind = '8UC' if pixels.dtype == np.uint8 else '32FC'
+    encoding = 'rgb8' if (kind, channels) == ('8UC', 3) else f'{kind}{channels}'
+    return fill(Image(header=header(stamp, frame_id), height=height, width=width,
+                      encoding=encoding, is_bigendian=False,
+                      step=width * channels * pixels.itemsize, check_fields=True), pixels)
 
 
-def depth_message(stamp: int, depth: np.ndarray) -> Image:
-    """Return a 32FC1 Image of a (height, width) float32 array [m]."""
-    height, width = depth.shape
-    return _fill(Image(header=header(stamp, OPTICAL), height=height, width=width,
-                       encoding='32FC1', is_bigendian=False, step=4 * width,
-                       check_fields=True), depth)
-
-
-def camera_info_message(stamp: int, camera: 'Camera') -> CameraInfo:
+def camera_info_message(stamp: int, camera: 'Camera', frame_id: str = OPTICAL) -> CameraInfo:
     """
     Return the CameraInfo of a camera.
 
     An orthographic camera is no pinhole: its K is left at zero, which CameraInfo defines as
     uncalibrated, and P holds its scale [pixels / m].
     """
-    message = CameraInfo(header=header(stamp, OPTICAL), height=camera.height, width=camera.width,
+    message = CameraInfo(header=header(stamp, frame_id), height=camera.height, width=camera.width,
                          distortion_model='plumb_bob', d=[0.0] * 5, r=np.eye(3).ravel().tolist())
     if camera.projection == 'perspective':
         message.k = camera.K.ravel().tolist()

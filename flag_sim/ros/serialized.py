@@ -73,24 +73,20 @@ def header(frame_id: str) -> Stamped:
 
 
 @functools.lru_cache(maxsize=8)
-def camera_info(camera) -> Stamped:
+def camera_info(camera, frame_id: str = messages.OPTICAL) -> Stamped:
     """Return the CameraInfo of a Camera."""
-    return Stamped(messages.camera_info_message(0, camera))
+    return Stamped(messages.camera_info_message(0, camera, frame_id))
 
 
-@functools.lru_cache(maxsize=8)
-def image(height: int, width: int) -> WithData:
-    """Return an rgb8 Image, whose data are (height, width, 3) uint8."""
-    message = messages.image_message(0, np.empty((0, width, 3), np.uint8))
-    message.height = height
-    return WithData(message, 0)
+def image(pixels: np.ndarray, frame_id: str = messages.OPTICAL) -> WithData:
+    """Return an Image for pixels of a shape and type, whose data they are."""
+    return _image(pixels.shape, pixels.dtype, frame_id)
 
 
-@functools.lru_cache(maxsize=8)
-def depth(height: int, width: int) -> WithData:
-    """Return a 32FC1 Image, whose data are (height, width) float32 [m]."""
-    message = messages.depth_message(0, np.empty((0, width), np.float32))
-    message.height = height
+@functools.lru_cache(maxsize=16)
+def _image(shape, kind, frame_id):
+    message = messages.image_message(0, np.empty((0, *shape[1:]), kind), frame_id)
+    message.height = shape[0]
     return WithData(message, 0)
 
 

@@ -21,15 +21,21 @@ from flag_sim.ros.guard import GuardedPublisher
 from flag_sim.ros.incompatible import publisher_events, subscription_events, UNKNOWN
 from flag_sim.ros.parameter_node import BadParameter
 from flag_sim.ros.qos_overrides import check_overrides
-from geometry_msgs.msg import Vector3Stamped
+from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.subscription import Subscription
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import CameraInfo, Image, PointCloud2
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
 from std_msgs.msg import Empty, Header
+from visualization_msgs.msg import Marker
+
+try:
+    from tf2_msgs.msg import TFMessage
+except ImportError:  # where it is not installed, nobody can listen either
+    TFMessage = None
 
 
 class Topic(NamedTuple):
@@ -53,12 +59,22 @@ TOPICS = {
     'vertices': Topic(PointCloud2, True),
     'camera/image_raw': Topic(Image, True),
     'camera/camera_info': Topic(CameraInfo, True),
+    'camera/image_raw/compressed': Topic(CompressedImage, True),
+    'camera/pose': Topic(PoseStamped, True),
     'camera/depth/image_raw': Topic(Image, True),
+    'camera/depth/camera_info': Topic(CameraInfo, True),
+    'camera/normals/image_raw': Topic(Image, True),
+    'camera/labels/image_raw': Topic(Image, True),
+    'camera/texture_coordinates/image_raw': Topic(Image, True),
+    'camera/flow/image_raw': Topic(Image, True),
+    'marker': Topic(Marker, True),
     'frame_done': Topic(Header, False),
     'reset': Topic(Empty, False, False),
     'step': Topic(Empty, False, False),
     'state': Topic(DiagnosticArray, False, False),
 }
+if TFMessage is not None:
+    TOPICS['/tf'] = Topic(TFMessage, True, False)
 
 DEPTH = 8
 """Messages in a queue: as many as wind's largest window has in flight, so lockstep fills none."""

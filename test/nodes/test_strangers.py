@@ -246,7 +246,7 @@ def test_a_frame_whose_image_has_not_left_is_not_done_until_it_is_asked_for_agai
     with made('renderer', domain, tmp_path, 'width:=32', 'height:=24') as node:
         images, done = Lossy(), Lossy()
         done.is_lossy = False
-        node._camera_out, node._frame_done_out = {'image_raw': images}, done
+        node._camera_out, node._frame_done_out = {'camera/image_raw': images}, done
         flat = np.zeros((2, 2, 3))
         cloud = messages.cloud_message(0, flat, flat)
         frame = parameters_message('/wind', FrameId(0, 1, 0, 0), np.zeros(3), {})

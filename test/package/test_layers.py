@@ -36,7 +36,8 @@ ROOMS = {
     'ros': ('animation', 'declarations', 'drawing', 'jit', 'parameters', 'protocol'),
     'nodes': (*LIBRARY, 'animation', 'declarations', 'protocol', 'ros'),
     'study': (*LIBRARY, 'animation', 'declarations'),
-    'tools': ('parameters', 'protocol'),
+    'testing': ('parameters', 'tools'),
+    'tools': ('cloth', 'drawing', 'parameters', 'protocol'),
 }
 """Of every folder of the package, the others that it may import."""
 WITH_ROS = ('ros', 'nodes')

@@ -117,7 +117,7 @@ def test_images_hold_their_pixels():
     assert (image.height, image.width, image.step, image.encoding) == (4, 6, 18, 'rgb8')
     assert np.array_equal(np.array(image.data).reshape(rgb.shape), rgb)
     depth = np.full((4, 6), np.inf, np.float32)
-    image = messages.depth_message(STAMP, depth)
+    image = messages.image_message(STAMP, depth)
     assert (image.step, image.encoding, image.header.frame_id) == (
         24, '32FC1', 'camera_optical_frame')
     assert np.array_equal(np.frombuffer(image.data, np.float32).reshape(4, 6), depth)

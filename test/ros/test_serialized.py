@@ -31,16 +31,16 @@ def is_same(data, message):
 @pytest.mark.parametrize('stamp', STAMPS)
 @pytest.mark.parametrize('shape', [(2, 2), (3, 5), (21, 31)])
 def test_arrays_give_the_same_bytes(stamp, shape):
-    """An image of colours, one of depths, and a cloud."""
+    """Images of colours, depths, labels and flow, and a cloud."""
     random = np.random.default_rng(1)
     colour = random.integers(0, 256, (*shape, 3), np.uint8)
     depth = random.random(shape, np.float32)
     positions, normals = random.random((2, *shape, 3))
     points = np.concatenate([positions, normals], axis=2, dtype=np.float32)
-    assert is_same(serialized.image(*shape).at(stamp, colour),
-                   messages.image_message(stamp, colour))
-    assert is_same(serialized.depth(*shape).at(stamp, depth),
-                   messages.depth_message(stamp, depth))
+    labels, flow = np.uint8(depth * 200), random.random((*shape, 2), np.float32)
+    for pixels in (colour, depth, labels, flow):
+        assert is_same(serialized.image(pixels, 'left').at(stamp, pixels),
+                       messages.image_message(stamp, pixels, 'left'))
     assert is_same(serialized.cloud(*shape).at(stamp, points),
                    messages.cloud_message(stamp, positions, normals))
 
