@@ -277,7 +277,7 @@ def test_a_flood_on_one_topic_holds_up_no_other(executor, domain, monkeypatch):
         spin(node, lambda: len(waited) > 10)
         is_over.set()
         thread.join()
-        # How much of all was sent since: nine tenths where the flood is served first, by its rates.
+        # How much of all was sent since: nine tenths where the flood is served first.
         assert sorted(waited[2:9])[3] < 0.5
         assert served == sorted(served)
         sender.destroy_node()
