@@ -26,7 +26,6 @@ from flag_sim.ros.messages import WORLD
 from geometry_msgs.msg import (
     Point, Pose, PoseStamped, Quaternion, Transform, TransformStamped, Vector3)
 import numpy as np
-from rclpy.serialization import serialize_message
 from sensor_msgs.msg import CompressedImage
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker
@@ -74,16 +73,16 @@ def _camera_info(shot):
     return serialized.camera_info(shot.camera, shot.frame_id).at(shot.stamp)
 
 
-def compressed_message(shot: Shot) -> CompressedImage:
-    """Return the picture as jpeg or png, named as image_transport does."""
+def compressed_message(shot: Shot) -> bytes:
+    """Return the picture as jpeg or png, a CompressedImage named as by image_transport."""
     from PIL import Image as PillowImage
     form, file = shot.values['compressed.format'], io.BytesIO()
     options = ({'quality': shot.values['compressed.jpeg_quality']} if form == 'jpeg' else
                {'compress_level': PNG_LEVEL})
     PillowImage.fromarray(shot.frame.colour).save(file, form, **options)
-    message = CompressedImage(header=messages.header(shot.stamp, shot.frame_id),
+    message = CompressedImage(header=messages.header(0, shot.frame_id),
                               format=f'rgb8; {form} compressed bgr8', check_fields=True)
-    return messages.fill(message, np.frombuffer(file.getvalue(), np.uint8))
+    return serialized.WithData(message, 0).at(shot.stamp, np.frombuffer(file.getvalue(), np.uint8))
 
 
 def _place(camera):
@@ -93,11 +92,12 @@ def _place(camera):
     return {'x': x, 'y': y, 'z': z}, Quaternion(**dict(zip('xyzw', turn)))
 
 
-def pose_message(shot: Shot) -> PoseStamped:
-    """Return where the camera is in `world`: the pose of its optical frame."""
+def pose_message(shot: Shot) -> bytes:
+    """Return where the camera is in `world`, a PoseStamped: the pose of its optical frame."""
     position, orientation = _place(shot.camera)
-    return PoseStamped(header=messages.header(shot.stamp, WORLD), pose=Pose(
-        position=Point(**position), orientation=orientation))
+    return serialized.without_padding(PoseStamped(
+        header=messages.header(shot.stamp, WORLD),
+        pose=Pose(position=Point(**position), orientation=orientation)))
 
 
 def tf_message(shot: Shot):
@@ -138,7 +138,7 @@ def _around_points(color):
     marker.pose.orientation.w = 1.0
     point = [np.pi, np.e, 1.0 / 3.0]  # as no other three numbers of it
     marker.points = [Point(x=point[0], y=point[1], z=point[2])]
-    data, sought = serialize_message(marker), np.array(point, '<f8').tobytes()
+    data, sought = serialized.without_padding(marker), np.array(point, '<f8').tobytes()
     at = data.index(sought)
     return data[:data.rindex(np.array([1], '<u4').tobytes(), 0, at)], data[at + len(sought):]
 

@@ -54,3 +54,26 @@ def test_what_is_the_same_but_for_its_stamp_gives_the_same_bytes(stamp):
     for camera in (Camera(), Camera(width=33, projection='orthographic')):
         assert is_same(serialized.camera_info(camera).at(stamp),
                        messages.camera_info_message(stamp, camera))
+
+
+@pytest.mark.parametrize('message', [
+    messages.image_message(7, np.zeros((2, 3, 3), np.uint8)),
+    messages.camera_info_message(7, Camera()),
+    messages.header(7, 'a_node')])
+def test_what_pads_a_message_is_always_zero(message, monkeypatch):
+    """The bytes behind its frame_id, where rclpy leaves what was in the memory before."""
+    name = getattr(message, 'header', message).frame_id
+    end = 16 + len(name) + 1
+    padding = slice(end, end + -end % 4)
+    made = set()
+    for left in (0x00, 0x55, 0xFF):
+        def serialize(one, left=left):
+            data = bytearray(serialize_message(one))
+            if len(data) >= padding.stop:
+                data[padding] = bytes([left]) * (padding.stop - padding.start)
+            return bytes(data)
+        monkeypatch.setattr(serialized, 'serialize_message', serialize)
+        serialized._known_padding.clear()
+        made.add(serialized.without_padding(message))
+    assert len(made) == 1 and padding.stop > padding.start
+    assert is_same(made.pop(), message)
