@@ -24,7 +24,7 @@ The parameters of every node, with default, range and unit. The nodes tell the s
 `ros2 param describe /physics stiffness`. Those under *scene* belong to physics and renderer alike; under `/**` in a params
 file they are set for both. A coefficient of zero switches its term off. A limit that is rounded here or in a refusal, as 1.571 for
 half of pi, may be typed as it is printed: it is then the exact limit. `threads`, `publish_clock`, `stamp.*` and what says how a bag is
-recorded or played (`path`, `storage` and the like) are read once, at the start; all others can be set while a node runs.
+recorded or played (`path`, `storage` and the like), and `camera.frame_id` are read once, at the start; all others can be set while a node runs.
 
 This page is made of the declarations in the code by `make parameters`.
 """  # noqa: E501

@@ -103,7 +103,7 @@ class Renderer(FrameNode):
     def check(self, values: Mapping) -> None:
         """Raise ValueError for values that together make no scene, and for a frame of no name."""
         check_scene(values)
-        if not values['camera.frame_id']:
+        if not values['camera.frame_id'].strip():
             raise ValueError('camera.frame_id must not be empty')
 
     # What arrives.

@@ -21,18 +21,26 @@ class Holding:
     Holds frames that lack something, until a later one shows that no node waits for them.
 
     In lockstep none does: the frames after the one that is held say that it may still be waited
-    for, and all of them are held. In real time the next one says that it is not.
+    for, and all of them are held. In real time the next one says that it is not. Each frame is
+    decided by the one before it, as the pace may change while something lacks.
     """
 
     def __init__(self):
-        self._held: FrameId | None = None
+        self._last: FrameId | None = None  # of those that were decided
+        self._passed: FrameId | None = None
 
     def may_pass(self, frame: FrameId) -> bool:
         """Return whether a frame that lacks something shall be served without it."""
-        if self._held is None or self._held.take != frame.take:
-            self._held = frame
-        return frame.oldest > self._held.index
+        if frame == self._passed:
+            return True
+        last = self._last if self._last is not None and self._last.take == frame.take else None
+        passes = last is not None and frame.oldest > last.index
+        if passes:
+            self._passed = frame
+        if last is None or frame.index > last.index:
+            self._last = frame
+        return passes
 
     def end(self) -> None:
         """Hold no frame any more: nothing lacks, or another take or round begins."""
-        self._held = None
+        self._last = self._passed = None

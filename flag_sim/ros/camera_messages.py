@@ -101,8 +101,14 @@ def pose_message(shot: Shot) -> bytes:
 
 
 def tf_message(shot: Shot):
-    """Return the same as the transform from `world` to the camera's frame."""
+    """
+    Return the same as the transform from `world` to the camera's frame.
+
+    The right camera of a pair names the frame of the left one, which tells where that is.
+    """
     from tf2_msgs.msg import TFMessage
+    if shot.camera.baseline:
+        return TFMessage()
     position, rotation = _place(shot.camera)
     return TFMessage(transforms=[TransformStamped(
         header=messages.header(shot.stamp, WORLD), child_frame_id=shot.frame_id,

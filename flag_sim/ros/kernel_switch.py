@@ -54,7 +54,10 @@ class KernelSwitch:
 
     def may_serve(self, frame: FrameId, values: Mapping) -> bool:
         """Return whether a frame with these values can be served, with these kernels or others."""
-        return self._has(values) or self._holding.may_pass(frame)
+        if self._has(values):
+            self._holding.end()  # who lacks something later is held anew
+            return True
+        return self._holding.may_pass(frame)
 
     def usable(self, values: Mapping) -> Mapping:
         """Return a frame's values, but those that choose kernels as before if these lack."""

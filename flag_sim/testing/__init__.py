@@ -18,6 +18,7 @@ Fixtures for the tests of others: a flag is filmed, and its frames are compared 
 In a conftest.py: `pytest_plugins = ['flag_sim.testing']`.
 """
 from collections.abc import Callable
+import itertools
 from pathlib import Path
 
 from flag_sim.testing.film import Filmed, play
@@ -43,7 +44,8 @@ def film(tmp_path: Path) -> Callable[..., Filmed]:
     flag_sim.testing.film.play. The nodes are processes in a ROS domain of their own, in lockstep,
     and have ended when it returns.
     """
-    return lambda *args, **nodes: play(tmp_path / 'film', *args, **nodes)
+    numbers = itertools.count(1)
+    return lambda *args, **nodes: play(tmp_path / f'film{next(numbers)}', *args, **nodes)
 
 
 @pytest.fixture

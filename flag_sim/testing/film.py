@@ -19,6 +19,8 @@ import itertools
 from pathlib import Path
 import time
 
+from flag_sim.declarations.nodes import named
+from flag_sim.parameters import checks
 from flag_sim.parameters.config import config_path
 from flag_sim.tools.graph import Graph
 import numpy as np
@@ -27,6 +29,7 @@ import yaml
 
 SECONDS = 300.0
 """How long a film may take [s]: kernels that are compiled first take up to a minute in CI."""
+MOST_FRAMES = 1_000_000
 POLL_PERIOD = 0.1
 """How often to check whether a node has failed [s]."""
 IMAGE_TYPES = {'rgb8': (np.uint8, 3), '8UC1': (np.uint8, 1), '32FC1': (np.float32, 1),
@@ -81,15 +84,22 @@ def play(folder: Path, frames: int, topics: Sequence[str] = ('camera/image_raw',
 
     folder: to be made, for the bag and the nodes' logs; shot: a params file, or the name of one of
     config/; nodes: for wind, physics and renderer {parameter: value}, which counts before the
-    shot's. Raises TypeError for other nodes, and AssertionError, with the logs, if the shot did
-    not reach its end.
+    shot's. Raises TypeError for other nodes, ValueError for other values, and AssertionError, with
+    the logs, if the shot did not reach its end.
     """
     unknown = nodes.keys() - set(NODES)
     if unknown:
         raise TypeError(f'{sorted(unknown)[0]!r} is none of {", ".join(NODES)}')
+    checks.whole('frames', frames, 1, MOST_FRAMES)
+    checks.require(not isinstance(topics, str) and len(topics) > 0, 'topics', 'a list of names',
+                   topics)
+    for node, values in nodes.items():
+        for name in values.keys() - named(node).keys():
+            raise ValueError(f'{node} has no parameter {name!r}')
     folder.mkdir(parents=True)
+    is_path = isinstance(shot, Path) or (shot is not None and shot.endswith('.yaml'))
     files = [] if shot is None else [
-        shot if isinstance(shot, Path) else config_path(f'{shot}.yaml')]
+        Path(shot).absolute() if is_path else config_path(f'{shot}.yaml')]
     given = folder / 'given.yaml'
     given.write_text(yaml.safe_dump({
         f'/**/{name}': {'ros__parameters': dict(values)} for name, values in nodes.items()}))

@@ -13,8 +13,10 @@
 # limitations under the License.
 
 """Golden frames: images that are stored beside a test, and compared with what it sees."""
+import contextlib
 from pathlib import Path
 
+from flag_sim.parameters import checks
 import numpy as np
 from PIL import Image
 
@@ -38,30 +40,45 @@ class Golden:
         """
         Raise AssertionError unless an image is the stored one.
 
-        rgb: (height, width, 3) uint8; levels: by which a pixel's colour may differ.
+        rgb: (height, width, 3) uint8; levels: by which a pixel's colour may differ. Raises
+        ValueError for other arrays, and for a name with a folder in it.
         """
+        checks.require(getattr(rgb, 'dtype', None) == np.uint8 and rgb.ndim == 3
+                       and rgb.shape[2] == 3, 'rgb', 'of shape (height, width, 3) and uint8',
+                       f'{getattr(rgb, "shape", None)} {getattr(rgb, "dtype", None)}')
+        checks.require(Path(name).name == name, 'name', 'of a file, without folders', name)
         stored, actual, difference = (self.folder / f'{name}{ending}.png'
                                       for ending in ('', '.actual', '.difference'))
-        for left in (actual, difference):
-            left.unlink(missing_ok=True)
-        self.folder.mkdir(parents=True, exist_ok=True)
         if self._is_update:
+            self.folder.mkdir(parents=True, exist_ok=True)
             Image.fromarray(rgb).save(stored, optimize=True)
-            return
+            said, left = '', []
+        else:
+            said, left = self._compare(rgb, levels, stored)
+        for path in (actual, difference):
+            with contextlib.suppress(OSError):  # sources may be mounted to be read only
+                path.unlink(missing_ok=True)
+        for path, pixels in zip((actual, difference), left):
+            with contextlib.suppress(OSError):
+                self.folder.mkdir(parents=True, exist_ok=True)
+                Image.fromarray(pixels).save(path, optimize=True)
+                said += f'; see {path}'
+        if said:
+            raise AssertionError(said)
+
+    @staticmethod
+    def _compare(rgb, levels, stored):
+        """Return in words what is not as it is stored, or '', and the pictures that show it."""
         if not stored.exists():
-            Image.fromarray(rgb).save(actual, optimize=True)
-            raise AssertionError(f'there is no {stored}; {actual} is what was seen: keep it, or '
-                                 'store all by pytest --golden-update')
+            return f'there is no {stored}: store what is seen by pytest --golden-update', [rgb]
         with Image.open(stored) as image:
             expected = np.asarray(image.convert('RGB'))
         if expected.shape != rgb.shape:
-            Image.fromarray(rgb).save(actual, optimize=True)
-            raise AssertionError(f'{stored} is {expected.shape[1]} x {expected.shape[0]} pixels, '
-                                 f'and what was seen {rgb.shape[1]} x {rgb.shape[0]}: {actual}')
+            return (f'{stored} is {expected.shape[1]} x {expected.shape[0]} pixels, and what was '
+                    f'seen {rgb.shape[1]} x {rgb.shape[0]}'), [rgb]
         off = np.abs(rgb.astype(int) - expected)
-        if off.max(initial=0) > levels:
-            Image.fromarray(rgb).save(actual, optimize=True)
-            Image.fromarray(np.uint8(np.minimum(STRONGER * off, 255))).save(difference)
-            raise AssertionError(
-                f'{np.any(off > levels, axis=2).sum()} pixels differ from {stored} by more than '
-                f'{levels} levels, by up to {off.max()}: see {actual} and {difference}')
+        if off.max(initial=0) <= levels:
+            return '', []
+        return (f'{np.any(off > levels, axis=2).sum()} pixels differ from {stored} by more than '
+                f'{levels} levels, by up to {off.max()}'), [
+                    rgb, np.uint8(np.minimum(STRONGER * off, 255))]

@@ -17,12 +17,14 @@ A sheet of all that the camera knows of one frame: `python3 -m flag_sim.tools.ch
 
 Also an example of how each channel is turned into colours that people can look at.
 """
+import argparse
 from collections.abc import Sequence
 import colorsys
 import sys
 
 from flag_sim.cloth import Cloth
 from flag_sim.drawing import Camera, flag_scene, Frame, LastFrame, Picture, Style
+from flag_sim.parameters.arguments import given_path
 import numpy as np
 from PIL import Image, ImageDraw
 
@@ -103,11 +105,12 @@ def sheet(frame: Frame) -> Image.Image:
 
 def main(args: Sequence[str] | None = None) -> int:
     """Write the sheet into the file that is named; return the exit status."""
-    given = sys.argv[1:] if args is None else args
-    if len(given) != 1:
-        print('usage: python3 -m flag_sim.tools.channels FILE.png', file=sys.stderr)
-        return 2
-    sheet(blowing()).save(given[0], optimize=True)
+    parser = argparse.ArgumentParser(prog='channels', description=__doc__)
+    parser.add_argument('file', type=given_path, help='a PNG to be written')
+    file = parser.parse_args(args).file
+    if file.suffix != '.png' or not file.absolute().parent.is_dir():
+        parser.error(f'{file} must end in .png and be in a folder that exists')
+    sheet(blowing()).save(file, optimize=True)
     return 0
 
 

@@ -43,3 +43,13 @@ def test_another_take_is_held_anew():
     assert [holding.may_pass(frame(n, n, take=2)) for n in (0, 1)] == [False, True]
     holding.end()
     assert [holding.may_pass(frame(n, n, take=2)) for n in (2, 3)] == [False, True]
+
+
+def test_a_change_of_pace_holds_again():
+    """The first frame of lockstep passes, as it looks like one of real time; no other does."""
+    holding = Holding()
+    for n in (4, 5, 6):
+        holding.may_pass(frame(n, n))
+    assert [holding.may_pass(frame(index, oldest)) for index, oldest in (
+        (7, 7), (8, 7), (9, 7), (8, 8), (9, 8), (10, 8), (9, 9))] == [True] + 6 * [False]
+    assert holding.may_pass(frame(11, 11))  # in real time again

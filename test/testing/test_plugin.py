@@ -60,7 +60,7 @@ def test_a_test_of_others_films_a_flag_and_compares_it(tmp_path):
 
 def test_a_picture_shows_what_differs(tmp_path):
     golden, image = Golden(tmp_path / 'golden'), np.full((4, 6, 3), 100, np.uint8)
-    with pytest.raises(AssertionError, match='store all by pytest --golden-update'):
+    with pytest.raises(AssertionError, match='store what is seen by pytest --golden-update'):
         golden('x', image)
     Golden(tmp_path / 'golden', True)('x', image)
     golden('x', image)
@@ -78,7 +78,39 @@ def test_a_picture_shows_what_differs(tmp_path):
     assert [path.name for path in (tmp_path / 'golden').iterdir()] == ['x.png']
 
 
+def test_what_is_no_picture_is_refused(tmp_path):
+    golden = Golden(tmp_path / 'golden', True)
+    for rgb in (np.zeros((4, 4), np.uint8), np.zeros((4, 4, 4), np.uint8), np.zeros((4, 4, 3)), 3):
+        with pytest.raises(ValueError, match='rgb must be of shape'):
+            golden('x', rgb)
+    with pytest.raises(ValueError, match='without folders'):
+        golden('a/x', np.zeros((4, 4, 3), np.uint8))
+    assert not (tmp_path / 'golden').exists()
+
+
+def test_a_folder_that_cannot_be_written_says_what_differs(tmp_path, monkeypatch):
+    """As where sources are mounted read-only; what is as stored passes."""
+    image = np.full((4, 4, 3), 100, np.uint8)
+    Golden(tmp_path / 'golden', True)('x', image)
+    golden = Golden(tmp_path / 'golden')
+
+    def fail(*_, **__):
+        raise OSError(30, 'Read-only file system')
+    monkeypatch.setattr(Path, 'unlink', fail)
+    monkeypatch.setattr(Image.Image, 'save', fail)
+    golden('x', image)
+    with pytest.raises(AssertionError, match='16 pixels differ'):
+        golden('x', image + np.uint8(1))
+
+
 def test_what_cannot_be_filmed_says_why(tmp_path):
+    for given, said in (
+            ({'frames': 0}, 'frames must be'), ({'topics': 'vertices'}, 'topics must be'),
+            ({'topics': []}, 'topics must be'),
+            ({'renderer': {'widht': 3}}, "renderer has no parameter 'widht'")):
+        with pytest.raises(ValueError, match=said):
+            play(tmp_path / 'c', **{'frames': 3, **given})
+    assert not (tmp_path / 'c').exists()
     with pytest.raises(TypeError, match="'camera' is none of wind, physics, renderer"):
         play(tmp_path / 'a', 3, camera={})
     with pytest.raises(AssertionError, match='refused: gravity must be'):

@@ -21,7 +21,7 @@ residual is orthogonal to both fields (Galerkin's condition), which is why energ
 xpbd.
 """
 from flag_sim.cloth.records import Band, Field, NEXT, Vector, Weights
-from flag_sim.cloth.solvers.elementwise import set_combination, SUM_FASTMATH
+from flag_sim.cloth.solvers.elementwise import set_combination
 from flag_sim.cloth.solvers.lines import work_of_lines
 from flag_sim.cloth.solvers.rigid import add_rigid, Body, inertia_of, rigid_of, take_rigid
 from flag_sim.jit.kernels import inner_kernel, kernel
@@ -72,7 +72,7 @@ def _work_of_plate(position, a, b, weights, bend, band):
     return aa, ab, bb, fa, fb
 
 
-@inner_kernel(fastmath=SUM_FASTMATH)
+@inner_kernel
 def _products(a, b, c, mass, band):
     """Return (a M a, a M b, b M b, a M c, b M c) of three fields, in float64."""
     aa, ab, bb, ac, bc = 0.0, 0.0, 0.0, 0.0, 0.0

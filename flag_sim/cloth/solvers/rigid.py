@@ -22,7 +22,6 @@ import math
 from typing import NamedTuple
 
 from flag_sim.cloth.records import Band, Field, Vector
-from flag_sim.cloth.solvers.elementwise import SUM_FASTMATH
 from flag_sim.cloth.state import State
 from flag_sim.jit.kernels import inner_kernel
 import numpy as np
@@ -82,7 +81,7 @@ def freedom_of(state: State) -> Freedom:
     return Freedom(kind, tuple(pins[0].tolist()), tuple(axis.tolist()))
 
 
-@inner_kernel(fastmath=SUM_FASTMATH)
+@inner_kernel
 def _mass_center(position, mass, freedom, band):
     """Return (m, center): the mass [kg] and its center, or the hinge's point [m]."""
     x, y, z = position
@@ -99,7 +98,7 @@ def _mass_center(position, mass, freedom, band):
     return m, freedom.point
 
 
-@inner_kernel(fastmath=SUM_FASTMATH)
+@inner_kernel
 def _moments(position, mass, center, band):
     """Return the moments of inertia about the center: xx, yy, zz, xy, yz, zx [kg m2]."""
     x, y, z = position
@@ -125,7 +124,7 @@ def inertia_of(position: Field, body: Body, band: Band) -> Inertia:
     return Inertia(mass, center, _moments(position, body.mass, center, band))
 
 
-@inner_kernel(fastmath=SUM_FASTMATH)
+@inner_kernel
 def _momenta(position, field, mass, center, band):
     """Return the momentum and angular momentum about the center of a field, (x, y, z) each."""
     x, y, z = position
