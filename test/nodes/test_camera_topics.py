@@ -14,10 +14,12 @@
 
 """What the renderer tells of each pixel and of its camera, beside the picture."""
 import io
+import sys
+import types
 
 from flag_sim.declarations.factories import look_of
 from flag_sim.declarations.nodes import defaults
-from flag_sim.drawing import flag_scene, LastFrame, Picture
+from flag_sim.drawing import Camera, flag_scene, LastFrame, Picture
 from flag_sim.drawing.mesh import grid_triangles
 from flag_sim.nodes.renderer import Renderer
 from flag_sim.protocol.frames import FrameId
@@ -198,3 +200,20 @@ def test_a_stereo_pair_has_its_baseline_in_P():
     assert (u / w, v / w) == pytest.approx((right.focal * x / z + right.centre[0],
                                             right.focal * y / z + right.centre[1]))
     assert right.P[0, 3] == pytest.approx(-right.focal * 0.12) and left.P[0, 3] == 0.0
+
+
+def test_one_frame_has_one_place_on_tf(monkeypatch):
+    """That of the left camera, of which the right one has the name; tf2_msgs has no wheel."""
+    module = types.SimpleNamespace(TFMessage=lambda transforms=(): types.SimpleNamespace(
+        transforms=list(transforms)))
+    monkeypatch.setitem(sys.modules, 'tf2_msgs', types.SimpleNamespace(msg=module))
+    monkeypatch.setitem(sys.modules, 'tf2_msgs.msg', module)
+    for baseline, number in ((0.0, 1), (0.12, 0)):
+        camera = Camera(azimuth=0.4, baseline=baseline)
+        told = camera_messages.tf_message(camera_messages.Shot(
+            7, camera, 'left_eye', None, wave(), {})).transforms
+        assert len(told) == number
+        for one in told:
+            assert (one.header.frame_id, one.child_frame_id) == ('world', 'left_eye')
+            place = one.transform.translation
+            np.testing.assert_allclose([place.x, place.y, place.z], camera.position)

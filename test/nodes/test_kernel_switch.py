@@ -14,13 +14,14 @@
 
 """A solver whose kernels are not kept: compiled beside a node whose frames go on, or wait."""
 import time
+from unittest import mock
 
 from flag_sim.cloth import Cloth
 from flag_sim.declarations.kernel_choice import KernelChoice
 from flag_sim.jit.beside import CompilingProcess
 from flag_sim.nodes.renderer import Renderer
 from flag_sim.protocol.frames import FrameId
-from flag_sim.ros import messages
+from flag_sim.ros import kernel_switch, messages
 import numpy as np
 import pytest
 import rclpy
@@ -188,3 +189,18 @@ def test_the_process_keeps_what_it_compiles(tmp_path):
         time.sleep(0.01)
     assert path.exists()
     process.end()
+
+
+def test_what_is_wanted_after_others_were_ready_is_held_anew(monkeypatch):
+    """Frames of real time have passed before; those of lockstep, later, wait all the same."""
+    monkeypatch.setattr(kernel_switch, 'CompilingProcess', mock.Mock())
+    choice = mock.Mock(chosen=dict, load=lambda values: False, program=str)
+    choice.name = lambda values: values['solver']
+    old, new = {'solver': 'old'}, {'solver': 'new'}
+    switch = kernel_switch.KernelSwitch(mock.Mock(), choice, old, mock.Mock())
+
+    def asked(index, oldest, values):
+        return switch.may_serve(FrameId(index * 10, 1, index, oldest), values)
+    assert [asked(n, n, new) for n in (4, 5, 6)] == [False, True, True]
+    assert asked(7, 7, old)
+    assert not any(asked(n, oldest, new) for n, oldest in ((18, 18), (19, 18), (20, 18)))
