@@ -22,9 +22,11 @@ from flag_sim.declarations.nodes import defaults
 from flag_sim.drawing import Camera, flag_scene, LastFrame, Picture
 from flag_sim.drawing.mesh import grid_triangles
 from flag_sim.ros import camera_messages, messages
+from flag_sim.ros.parameter_node import BadParameter
 import numpy as np
 from PIL import Image
 import pytest
+import rclpy
 from rclpy.serialization import serialize_message
 from support.film import Film, FRAME, frame, pixels_of
 from support.flags import wave
@@ -127,6 +129,13 @@ def test_png_keeps_every_bit(domain):
             np.testing.assert_array_equal(np.asarray(png), pixels_of(shot['camera/image_raw']))
     finally:
         film.close()
+
+
+@pytest.mark.parametrize('name', ["''", "'  '"])
+def test_a_frame_without_a_name_is_refused(domain, name):
+    with pytest.raises(BadParameter, match='camera.frame_id must not be empty'):
+        Film(domain, '-p', f'camera.frame_id:={name}')
+    rclpy.shutdown()
 
 
 def test_a_stereo_pair_has_its_baseline_in_P():
