@@ -31,6 +31,9 @@ SURFACES = {
 }
 FRAME_ID = Declaration('camera.frame_id', 'camera_optical_frame',
                        "name of the camera's optical frame in headers", fixed=True)
+IMAGE = Declaration(
+    'flag.image', '', 'file of a picture on the flag, or one of tricolour.png, cross.png and '
+    'checker.png; empty: flag.color')
 COMPRESSED = (
     Declaration('compressed.format', 'jpeg', 'of camera/image_raw/compressed',
                 choices=('jpeg', 'png')),
@@ -44,7 +47,10 @@ RENDERER = (
     FRAME_ID,
     *STYLE.without('background'),
     *LIGHT,
-    *(declaration for group in SURFACES.values() for declaration in group),
+    *SURFACES['flag'],
+    IMAGE,
+    *SURFACES['pole'],
+    *SURFACES['platform'],
     *DIMENSIONS.without(*POLE_FIELDS, *PLATFORM_FIELDS),
     *STYLE.pick('background'),
     *COMPRESSED,

@@ -30,6 +30,8 @@ from flag_sim.drawing.multisample import (
 from flag_sim.drawing.pixels import BAND, LANES, Region
 from flag_sim.drawing.polygon import new_polygon, Polygon
 from flag_sim.drawing.rasterizer import rasterize, RasterizerState, Target
+from flag_sim.drawing.surfaces import (
+    new_shading, prepare, shade_region, shade_tiles, Shading)
 from flag_sim.drawing.triangle_setup import Batch, new_batch
 from flag_sim.drawing.visibility import new_primitives, NO_PRIMITIVE, Primitives, write_visibility
 from flag_sim.jit.kernels import kernel
@@ -43,8 +45,8 @@ class Buffers(NamedTuple):
     One thread's buffers, in which it draws one band after another.
 
     colour, depth, primitive_ids: see rasterizer.Target, of a band's rows and one more above and
-    below, `stride` pixels each; primitive_ids and primitives are of size 0 if they are not
-    wanted; in_band, in_tiles: indices of triangles; tiles: see multisample; batch, polygon:
+    below, `stride` pixels each; primitive_ids, primitives and shading are of size 0 if they are
+    not wanted; in_band, in_tiles: indices of triangles; tiles: see multisample; batch, polygon:
     memory for the rasterizer.
     """
 
@@ -52,6 +54,7 @@ class Buffers(NamedTuple):
     depth: np.ndarray
     primitive_ids: np.ndarray
     primitives: Primitives
+    shading: Shading
     in_band: np.ndarray
     in_tiles: np.ndarray
     tiles: Tiles
@@ -60,8 +63,13 @@ class Buffers(NamedTuple):
     stride: int
 
 
-def new_buffers(width: int, triangles: int, has_samples: bool, primitives: int) -> Buffers:
-    """Make Buffers for an image `width` pixels wide, and for so many triangles and primitives."""
+def new_buffers(width: int, triangles: int, has_samples: bool, primitives: int,
+                shaded: int = 0) -> Buffers:
+    """
+    Make Buffers for an image `width` pixels wide.
+
+    triangles, primitives, shaded: for how many, the last for primitives whose pixels are shaded.
+    """
     stride = -(-width // LANES) * LANES
     pixels, samples = (BAND + 2) * stride, BAND * stride * has_samples
     tiles = Tiles(
@@ -70,6 +78,7 @@ def new_buffers(width: int, triangles: int, has_samples: bool, primitives: int) 
         np.empty((2, samples), np.uint32))
     return Buffers(np.empty(pixels, np.uint32), np.empty(pixels, np.float32),
                    np.empty(pixels if primitives else 0, np.uint32), new_primitives(primitives),
+                   new_shading(shaded, stride if shaded else 0),
                    *np.empty((2, triangles + 1), np.int32), tiles, new_batch(), new_polygon(),
                    stride)
 
@@ -92,12 +101,14 @@ class RenderSettings(NamedTuple):
 
 
 @kernel
-def draw_bands(taken, geometry, colours, order, settings, buffers, images):
+def draw_bands(taken, geometry, colours, order, settings, buffers, images, surfaces):
     """
     Draw bands of an image as long as there are any.
 
     taken: (1,) int64, how many bands were taken by this and other threads; colours: see
-    rasterizer; order: see culling; settings: RenderSettings; images: of a Framebuffer.
+    rasterizer; order: see culling; settings: RenderSettings; images: of a Framebuffer; surfaces:
+    Surfaces, or None where all colours are of vertices or triangles, for which nothing else is
+    compiled.
     """
     dirty, height = images.dirty, settings.height
     # Edges are looked for across the band's border.
@@ -119,50 +130,60 @@ def draw_bands(taken, geometry, colours, order, settings, buffers, images):
             region = Region(begin - border, 0, end - begin + 2 * border, left, right,
                             buffers.stride)
             _draw_band(geometry, colours, buffers.in_band[:np.int64(count)], settings, region,
-                       buffers, images)
+                       buffers, images, surfaces)
 
 
 @kernel
-def _draw_band(geometry, colours, indices, settings, region, buffers, images):
+def _draw_band(geometry, colours, indices, settings, region, buffers, images, surfaces):
     """Draw a band: a Region with a row more above and below if there are several samples."""
     colour, depth, primitive_ids = buffers.colour, buffers.depth, buffers.primitive_ids
     is_perspective = geometry.transform.is_perspective
     clear(buffers, settings, region)
-    rasterize(geometry, colours, indices, settings.state,
-              Target(colour, depth, primitive_ids, buffers.primitives, region.top,
-                     region.top + region.rows, settings.width, region.stride), buffers.batch,
-              buffers.polygon)
+    end_id = rasterize(
+        geometry, colours, indices, settings.state,
+        Target(colour, depth, primitive_ids, buffers.primitives, region.top,
+               region.top + region.rows, settings.width, region.stride), buffers.batch,
+        buffers.polygon)
     border = 1 if settings.pattern.shape[0] > 1 else 0
     own = Region(region.top, border, region.rows - 2 * border, region.left, region.right,
                  region.stride)
     if images.depth.size > 0:
         write_depth(depth, own, is_perspective, images.depth)
-    if primitive_ids.size > 0:
+    if images.visibility[0].size > 0:
         write_visibility(primitive_ids, depth, own, is_perspective, buffers.primitives,
                          images.visibility)
+    if surfaces is not None:
+        prepare(geometry, surfaces, buffers.primitives, end_id, buffers.shading)
+        shade_region(buffers, region, is_perspective, surfaces)
     if border:
-        _draw_samples(geometry, colours, indices, settings, own, buffers)
+        _draw_samples(geometry, colours, indices, settings, own, buffers, surfaces)
     write_rgb(colour, own, settings.width, images.rgb, images.rgb_words)
 
 
 @kernel
-def _draw_samples(geometry, colours, indices, settings, own, buffers):
+def _draw_samples(geometry, colours, indices, settings, own, buffers, surfaces):
     """Average the colours of tiles with edges in them over the samples of the pattern."""
     tiles, samples, stride = buffers.tiles, settings.pattern.shape[0], own.stride
-    top, rows, no_ids = own.top + 1, own.rows, buffers.primitive_ids[:0]
+    top, rows = own.top + 1, own.rows
+    primitive_ids = buffers.primitive_ids if surfaces is not None else buffers.primitive_ids[:0]
     region = Region(top, 0, rows, 0, settings.width, stride)
     colour = buffers.colour[stride:]
     mark_edges(buffers.colour, region, settings.height, tiles)
     count = triangles_in_tiles(geometry, indices, region, tiles.mask, buffers.in_tiles)
     begin_samples(tiles, region, settings.clear_colour, settings.clear_depth, colour)
+    primitive_ids[:] = NO_PRIMITIVE
     # The first sample is the centre.
     for k in range(1, samples):
         state = RasterizerState(settings.pattern[k, 0], settings.pattern[k, 1],
                                 settings.state.depth_ceiling, settings.state.is_outlined,
                                 settings.state.is_perspective_correct)
-        rasterize(geometry, colours, buffers.in_tiles[:np.int64(count)], state,
-                  Target(tiles.colour, tiles.depth, no_ids, buffers.primitives, top, top + rows,
-                         settings.width, stride), buffers.batch, buffers.polygon)
+        end_id = rasterize(
+            geometry, colours, buffers.in_tiles[:np.int64(count)], state,
+            Target(tiles.colour, tiles.depth, primitive_ids, buffers.primitives, top, top + rows,
+                   settings.width, stride), buffers.batch, buffers.polygon)
+        if surfaces is not None:
+            prepare(geometry, surfaces, buffers.primitives, end_id, buffers.shading)
+            shade_tiles(tiles, buffers, region, geometry.transform.is_perspective, surfaces)
         add_sample(tiles, region, settings.clear_colour, settings.clear_depth)
     average(tiles, region, samples, colour)
 

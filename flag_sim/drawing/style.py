@@ -18,6 +18,7 @@ import dataclasses
 from flag_sim.drawing.attributes import INTERPOLATIONS
 from flag_sim.drawing.multisample import PATTERNS
 from flag_sim.drawing.shading import refuse_unit_colour, Surface
+from flag_sim.drawing.texture import Texture
 from flag_sim.parameters import checks
 from flag_sim.parameters.declaration import Declaration
 from flag_sim.parameters.declared import Declared, declared
@@ -35,16 +36,23 @@ THREADS = Declaration(
 
 @dataclasses.dataclass(frozen=True)
 class Materials:
-    """What the three things of the scene are made of; raises ValueError for other classes."""
+    """
+    What the three things of the scene are made of; raises ValueError for other classes.
+
+    flag_image: a picture on the flag, which takes the place of its colour, or None.
+    """
 
     flag: Surface = Surface((205.0, 35.0, 40.0), transmission=0.3)
     pole: Surface = Surface((200.0, 200.0, 205.0))
     platform: Surface = Surface((150.0, 145.0, 135.0))
+    flag_image: Texture | None = None
 
     def __post_init__(self):
-        """Refuse what is no Surface."""
-        for field in dataclasses.fields(self):
-            checks.instance(field.name, getattr(self, field.name), Surface)
+        """Refuse what is no Surface or Texture."""
+        for name in ('flag', 'pole', 'platform'):
+            checks.instance(name, getattr(self, name), Surface)
+        if self.flag_image is not None:
+            checks.instance('flag_image', self.flag_image, Texture)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -1,0 +1,61 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""A sheet of how a flag can look: `python3 -m flag_sim.tools.looks FILE`."""
+from collections.abc import Iterator, Sequence
+import sys
+
+from flag_sim.cloth import Cloth
+from flag_sim.drawing import Camera, Materials, Picture, Style
+from flag_sim.drawing.image_file import read_picture
+from flag_sim.parameters.config import config_path
+from flag_sim.tools.images import IMAGES
+import numpy as np
+from PIL import Image
+
+SIZE = {'width': 426, 'height': 320, 'target': (0.9, 0.2, 8.1), 'distance': 4.6}
+FRONT, BACK = Camera(**SIZE, azimuth=-1.3), Camera(**SIZE, azimuth=1.5)
+RATE, FRAMES = 30.0, 100  # frames a second, and how many
+STYLE = Style(samples=8)
+
+
+def blown() -> Cloth:
+    """Return a cloth that has been in the wind for a while."""
+    cloth = Cloth(31, 46, pole=(0.0, 0.0, 0.05))
+    for _ in range(FRAMES):
+        cloth.advance(1.0 / RATE, wind=(8.0, 3.0, 0.0))
+    return cloth
+
+
+def pictures() -> Iterator[np.ndarray]:
+    """Yield images (height, width, 3) of a flag with each of the package's, from both sides."""
+    cloth, picture = blown(), Picture()
+    for name, camera in zip(IMAGES, (FRONT, BACK, FRONT)):
+        image = read_picture(config_path(f'{name}.png')).texture
+        yield picture.draw(cloth.positions, cloth.normals(), camera, style=STYLE,
+                           materials=Materials(flag_image=image)).colour.copy()
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Write the sheet into the file that is named; return the exit status."""
+    given = sys.argv[1:] if args is None else args
+    if len(given) != 1:
+        print('usage: python3 -m flag_sim.tools.looks FILE.png', file=sys.stderr)
+        return 2
+    Image.fromarray(np.hstack(list(pictures()))).save(given[0], optimize=True)
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())
