@@ -27,11 +27,11 @@ from flag_sim.drawing.depth import write_depth
 from flag_sim.drawing.framebuffer import write_rgb
 from flag_sim.drawing.multisample import (
     add_sample, average, begin_samples, mark_edges, TILE, Tiles, triangles_in_tiles)
+from flag_sim.drawing.pixel_pass import shade_region, shade_tiles
 from flag_sim.drawing.pixels import BAND, LANES, Region
 from flag_sim.drawing.polygon import new_polygon, Polygon
 from flag_sim.drawing.rasterizer import rasterize, RasterizerState, Target
-from flag_sim.drawing.surfaces import (
-    new_shading, prepare, shade_region, shade_tiles, Shading)
+from flag_sim.drawing.surfaces import new_shading, prepare, Shading
 from flag_sim.drawing.triangle_setup import Batch, new_batch
 from flag_sim.drawing.visibility import new_primitives, NO_PRIMITIVE, Primitives, write_visibility
 from flag_sim.jit.kernels import kernel

@@ -56,7 +56,8 @@ class Picture:
     >>> frame.colour, frame.depth
     """
 
-    __slots__ = ('_threads', '_pool', '_scene', '_framebuffer', '_colours', '_buffers', '_shaded')
+    __slots__ = ('_threads', '_pool', '_scene', '_framebuffer', '_colours', '_buffers', '_shaded',
+                 '_sun')
 
     def __init__(self, threads: int = THREADS.default):
         """Begin without buffers: the first frame's camera says how large they are."""
@@ -64,7 +65,7 @@ class Picture:
         self._pool = ThreadPool(self._threads)
         self._scene = self._framebuffer = self._colours = None
         self._buffers = {}
-        self._shaded = ShadedScene()
+        self._shaded, self._sun = ShadedScene(self._draw_for_sun), None
 
     def __reduce__(self):
         """Let a copy, also one of a file, begin without buffers: it draws the same."""
@@ -108,10 +109,10 @@ class Picture:
             if self._scene is None or not self._scene.fits(objects):
                 self._scene = SceneBuffers(objects)
             geometry = self._scene.geometry(view_transform(camera))
-            self._shaded.begin(objects, self._scene, style)
+            self._shaded.begin(objects, self._scene, light, style)
             colours = self._project_and_shade(objects, geometry, camera, light, style)
             order = self._cull(geometry, camera, style)
-            surfaces = self._shaded.surfaces(self._scene, light, style)
+            surfaces = self._shaded.surfaces(self._scene, camera, light, style)
             self._rasterize(geometry, colours, order, (camera, style), channels, surfaces)
             if not RESOLVED.keys().isdisjoint(channels):
                 self._resolve(attributes_of(objects, self._scene, channels, camera,
@@ -200,6 +201,12 @@ class Picture:
                        images, surfaces)
 
         self._pool.parallel_for(work)
+
+    def _draw_for_sun(self, objects, camera):
+        """Return the depth of objects as the sun's camera sees them."""
+        if self._sun is None:
+            self._sun = Picture(self._threads)
+        return self._sun.draw_scene(objects, camera, channels=['depth']).depth
 
     def _resolve(self, attributes):
         """Write the channels that are made from what each pixel sees."""

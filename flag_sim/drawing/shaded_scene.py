@@ -13,7 +13,10 @@
 # limitations under the License.
 
 """The scene's part of pixels that are shaded one by one (see surfaces), kept between frames."""
+import dataclasses
+
 from flag_sim.drawing.shading import light_levels, shade
+from flag_sim.drawing.shadows import NO_SHADOWS, shadows_of, sun_camera
 from flag_sim.drawing.surfaces import Surfaces
 from flag_sim.drawing.texture import ENCODE, TEXEL
 
@@ -22,29 +25,35 @@ import numpy as np
 
 class ShadedScene:
     """
-    Light, textures and coordinates of a scene's vertices, where some object has a texture.
+    Light, textures and shadows of a scene's vertices, where some object has a texture or shadows.
+
+    draw: draws a list of objects as the sun sees them; it returns their depth (height, width).
 
     key: what else than objects, camera and light its light depends on; None where nothing is
     shaded pixel by pixel.
     """
 
-    def __init__(self):
+    def __init__(self, draw):
         """Begin with nothing."""
+        self._draw = draw
         self.key = None
+        self._has_shadows = False
         self._objects = []
         self._levels = None  # see light_levels
         self._textures, self._joined = [], None
 
-    def begin(self, objects, scene, style):
+    def begin(self, objects, scene, light, style):
         """Begin a frame of `objects`, joined in a SceneBuffers."""
         self._objects = objects
         self.key = None
-        if all(one.texture is None for one in objects):
+        self._has_shadows = style.shadows and light.is_up and light.intensity > 0.0
+        self._is_shaded = [self._has_shadows or one.texture is not None for one in objects]
+        if not any(self._is_shaded):
             return
         shape = len(scene.triangles if style.shading == 'flat' else scene.positions), 2, 3
         if self._levels is None or self._levels[0].shape != shape:
             self._levels = np.zeros(shape), np.zeros(shape)
-        self.key = shape, tuple(one.texture is not None for one in objects)
+        self.key = shape, tuple(self._is_shaded)
 
     def shade(self, part, points, normals, viewpoint, light, colours):
         """
@@ -55,11 +64,11 @@ class ShadedScene:
         index, own = part
         one = self._objects[index]
         shade(points, normals, viewpoint, one.surface, light, colours[own])
-        if self.key is not None and one.texture is not None:
+        if self.key is not None and self._is_shaded[index]:
             light_levels(points, normals, viewpoint, one.surface, light,
                          tuple(levels[own] for levels in self._levels))
 
-    def surfaces(self, scene, light, style):
+    def surfaces(self, scene, camera, light, style):
         """Return the frame's Surfaces, or None."""
         if self.key is None:
             return None
@@ -68,14 +77,25 @@ class ShadedScene:
                 one is not last for one, last in zip(textures, self._textures)):
             self._textures, self._joined = textures, _joined(textures)
         first_levels, levels, texels = self._joined
-        texture_of = np.full(len(scene.triangles), -1, np.int32)
+        object_of = np.full(len(scene.triangles), -1, np.int32)
         coordinates = np.zeros((len(scene.positions), 2))
         for k, (one, (vertices, triangles)) in enumerate(zip(self._objects, scene.slices)):
+            if self._is_shaded[k]:
+                object_of[triangles] = k
             if one.texture is not None:
-                texture_of[triangles], coordinates[vertices] = k, one.texture_coordinates
-        return Surfaces(first_levels, levels, texels, texture_of, coordinates, *self._levels,
-                        light.ambient, ENCODE, style.shading == 'flat',
-                        style.interpolation == 'screen')
+                coordinates[vertices] = one.texture_coordinates
+        colours = np.array([one.surface.color for one in self._objects])
+        return Surfaces(colours, first_levels, levels, texels, object_of, coordinates,
+                        *self._levels, light.ambient, ENCODE, style.shading == 'flat',
+                        style.interpolation == 'screen', self._shadows(scene, camera, light))
+
+    def _shadows(self, scene, camera, light):
+        sun = sun_camera(scene.positions, camera, light) if self._has_shadows else None
+        if sun is None:
+            return NO_SHADOWS
+        bare = [one if one.texture is None else dataclasses.replace(one, texture=None)
+                for one in self._objects]
+        return shadows_of(self._draw(bare, sun), sun, scene.positions, scene.triangles)
 
 
 def _joined(textures):
@@ -91,5 +111,7 @@ def _joined(textures):
         count += len(texture.levels)
         start += len(texture.texels) // TEXEL
     # One alone, as most often, is not copied.
+    if not texels:
+        return np.array(places), np.zeros((1, 3), np.int64), np.zeros(TEXEL, np.float32)
     return (np.array(places), np.concatenate(levels),
             texels[0] if len(texels) == 1 else np.concatenate(texels))

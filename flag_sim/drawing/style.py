@@ -66,7 +66,7 @@ class Style(Declared):
     colour at a pixel's centre, 4, 8 or 16 average it with so many more where there is an edge;
     hidden_surface: 'zbuffer' compares the depths of each pixel, 'painter' draws whole triangles
     from far to near, wrong where they overlap in turn or cut one another; outline: draw the
-    triangles' edges, darker.
+    triangles' edges, darker; shadows: whether what the sun does not see has only ambient light.
     Raises ValueError for a colour out of range, another word or another number.
     """
 
@@ -83,6 +83,7 @@ class Style(Declared):
         'zbuffer', 'nearest of every pixel, or triangles from far to near',
         choices=HIDDEN_SURFACES)
     outline: bool = declared(False, 'draw the edges of the triangles, darker')
+    shadows: bool = declared(False, 'shadows of everything on everything')
 
     def __post_init__(self):
         """Refuse unknown words and colours."""

@@ -21,7 +21,7 @@ from flag_sim.declarations.factories import Look, look_of
 from flag_sim.declarations.images import picture_of
 from flag_sim.declarations.renderer import RENDERER
 from flag_sim.declarations.scene import check_scene
-from flag_sim.drawing import flag_scene, LastFrame, Picture
+from flag_sim.drawing import flag_scene, LastFrame, Light, Picture
 from flag_sim.protocol.frames import FrameId
 from flag_sim.protocol.stamp_buffer import StampBuffer
 from flag_sim.ros import camera_messages, messages
@@ -96,8 +96,9 @@ class Renderer(FrameNode):
     def _warm_up(self):
         """Compile or load the kernels of the present kind of picture before the first frame."""
         square = np.array([[[0.0, 0.0, 9.0], [1.0, 0.0, 9.0]], [[0.0, 0.0, 8.0], [1.0, 0.0, 8.0]]])
+        look = look_of(self.values)._replace(light=Light())  # there may be a night before a day
         with compiling(self, 'the rasterizer'):
-            Picture().draw(square, None, *look_of(self.values))
+            Picture().draw(square, None, *look)
 
     def check(self, values: Mapping) -> None:
         """Raise ValueError for values that make no scene, a frame of no name, a broken image."""
@@ -107,9 +108,10 @@ class Renderer(FrameNode):
         picture_of(values['flag.image'])
 
     def apply(self, changed: Collection[str]) -> None:
-        """Compile what an image needs before it is drawn, and say if it is scaled down."""
-        if 'flag.image' in changed:
+        """Compile what pixels need that are shaded one by one, before a frame has to wait."""
+        if not {'flag.image', 'shadows'}.isdisjoint(changed):
             self._warm_up()
+        if 'flag.image' in changed:
             self._tell_of_image()
 
     def _tell_of_image(self):

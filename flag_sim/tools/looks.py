@@ -12,12 +12,17 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""A sheet of how a flag can look: `python3 -m flag_sim.tools.looks FILE`."""
+"""
+Sheets of how a flag can look: `python3 -m flag_sim.tools.looks FOLDER`.
+
+looks.png has the package's pictures on a flag, shadows.png a scene without and with shadows.
+"""
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 import sys
 
 from flag_sim.cloth import Cloth
-from flag_sim.drawing import Camera, Materials, Picture, Style
+from flag_sim.drawing import Camera, Light, Materials, Picture, Style
 from flag_sim.drawing.image_file import read_picture
 from flag_sim.parameters.config import config_path
 from flag_sim.tools.images import IMAGES
@@ -26,8 +31,11 @@ from PIL import Image
 
 SIZE = {'width': 426, 'height': 320, 'target': (0.9, 0.2, 8.1), 'distance': 4.6}
 FRONT, BACK = Camera(**SIZE, azimuth=-1.3), Camera(**SIZE, azimuth=1.5)
+TOP = Camera(**{**SIZE, 'target': (0.6, 0.0, 8.5), 'distance': 3.0}, azimuth=-1.9)
+FOOT = Camera(**{**SIZE, 'target': (0.0, 0.0, 0.25), 'distance': 3.2}, azimuth=-1.2, elevation=0.4)
+SIDEWAYS, MORNING = Light(azimuth=-2.2, elevation=0.8), Light(azimuth=-0.4, elevation=0.5)
 RATE, FRAMES = 30.0, 100  # frames a second, and how many
-STYLE = Style(samples=8)
+STYLE, SHADOWS = Style(samples=8), Style(samples=8, shadows=True)
 
 
 def blown() -> Cloth:
@@ -38,22 +46,34 @@ def blown() -> Cloth:
     return cloth
 
 
-def pictures() -> Iterator[np.ndarray]:
+def pictures(cloth: Cloth) -> Iterator[np.ndarray]:
     """Yield images (height, width, 3) of a flag with each of the package's, from both sides."""
-    cloth, picture = blown(), Picture()
+    picture = Picture()
     for name, camera in zip(IMAGES, (FRONT, BACK, FRONT)):
         image = read_picture(config_path(f'{name}.png')).texture
         yield picture.draw(cloth.positions, cloth.normals(), camera, style=STYLE,
                            materials=Materials(flag_image=image)).colour.copy()
 
 
+def shadows(cloth: Cloth) -> Iterator[np.ndarray]:
+    """Yield images of the pole's top and of the platform, each without and with shadows."""
+    picture = Picture()
+    for camera, light in ((TOP, SIDEWAYS), (FOOT, MORNING)):
+        for style in (STYLE, SHADOWS):
+            yield picture.draw(cloth.positions, cloth.normals(), camera, light,
+                               style=style).colour.copy()
+
+
 def main(args: Sequence[str] | None = None) -> int:
-    """Write the sheet into the file that is named; return the exit status."""
+    """Write the sheets into the folder that is named; return the exit status."""
     given = sys.argv[1:] if args is None else args
     if len(given) != 1:
-        print('usage: python3 -m flag_sim.tools.looks FILE.png', file=sys.stderr)
+        print('usage: python3 -m flag_sim.tools.looks FOLDER', file=sys.stderr)
         return 2
-    Image.fromarray(np.hstack(list(pictures()))).save(given[0], optimize=True)
+    cloth = blown()
+    for name, drawn in (('looks', pictures), ('shadows', shadows)):
+        sheet = Image.fromarray(np.hstack(list(drawn(cloth))))
+        sheet.save(Path(given[0]) / f'{name}.png', optimize=True)
     return 0
 
 
