@@ -28,6 +28,8 @@ SURFACES = {
     'pole': Group(Materials().pole, 'pole.', exclude=('transmission',), thing='pole'),
     'platform': Group(Materials().platform, 'platform.', exclude=('transmission',),
                       thing='platform'),
+    'ground': Group(Materials().ground, 'ground.', thing='ground',
+                    exclude=('transmission', 'specular', 'shininess')),
 }
 FRAME_ID = Declaration('camera.frame_id', 'camera_optical_frame',
                        "name of the camera's optical frame in headers", fixed=True)
@@ -45,14 +47,15 @@ RENDERER = (
     *SCENE,
     *CAMERA,
     FRAME_ID,
-    *STYLE.without('background'),
+    *STYLE.without('background', 'sky_gradient', 'sky_zenith'),
     *LIGHT,
     *SURFACES['flag'],
     IMAGE,
     *SURFACES['pole'],
     *SURFACES['platform'],
+    *SURFACES['ground'],
     *DIMENSIONS.without(*POLE_FIELDS, *PLATFORM_FIELDS),
-    *STYLE.pick('background'),
+    *STYLE.pick('background', 'sky_gradient', 'sky_zenith'),
     *COMPRESSED,
     THREADS,
 )

@@ -44,8 +44,8 @@ The modules, in the order in which a frame passes them:
 - outline: the triangles' edges as lines
 - multisample: several samples a pixel, where there are edges
 - visibility: which triangle each pixel sees
-- surfaces, pixel_pass: pixels that are shaded one by one, with the next two
-- texture, shadows: pictures on surfaces; the scene as the sun sees it
+- surfaces, pixel_pass: pixels that are shaded one by one, with the next three
+- texture, shadows, sky: pictures on surfaces; the scene as the sun sees it; what is behind it
 - image_file: a texture from a file
 - framebuffer: the frame, and its images that are kept
 - channels: normals, labels, texture coordinates and flow of what each pixel sees

@@ -120,6 +120,10 @@ def draw_bands(taken, geometry, colours, order, settings, buffers, images, surfa
         begin, end = band * BAND, min((band + 1) * BAND, height)
         count, left, right = triangles_in_rows(order, begin - border, end + border,
                                                buffers.in_band)
+        if surfaces is not None:
+            # The sky is everywhere.
+            left = np.int64(0) if surfaces.sky.is_seen else np.int64(left)
+            right = np.int64(settings.width) if surfaces.sky.is_seen else np.int64(right)
         last_left, last_right = dirty[0, band], dirty[1, band]
         dirty[0, band], dirty[1, band] = left, right
         left, right = min(left, last_left), max(right, last_right)

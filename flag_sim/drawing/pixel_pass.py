@@ -23,6 +23,7 @@ of texels are vectors of pixels.
 from flag_sim.drawing.multisample import TILE
 from flag_sim.drawing.outline import DARKENING
 from flag_sim.drawing.pixels import clamp, pack_rgb
+from flag_sim.drawing.sky import sky_colour
 from flag_sim.drawing.surfaces import (
     B, C, FIELDS, IS_SHADED, IS_TEXTURED, MAP_U, MAP_V, MAP_Z, MIRRORED, ON_SCREEN, PLAIN, S_DU,
     S_DV, SUN, X, X_DU, X_DV, Y, Y_DU, Y_DV, Z_DU, Z_DV)
@@ -45,6 +46,9 @@ def shade_region(buffers, region, is_perspective, surfaces):
     owner, primitive_ids = buffers.shading.owner, buffers.primitive_ids
     for row in range(region.rows):
         first, end = row * region.stride + region.left, row * region.stride + region.right
+        if surfaces.sky.is_seen:
+            _shade_sky(buffers.colour, primitive_ids, (first, end),
+                       (region.left, region.top + row), surfaces.sky)
         while first < end and owner[primitive_ids[first] & ~OUTLINE] < 0:
             first += 1
         while first < end and owner[primitive_ids[end - 1] & ~OUTLINE] < 0:
@@ -63,11 +67,24 @@ def shade_tiles(tiles, buffers, region, is_perspective, surfaces):
         for tile in range(mask.shape[1]):
             if mask[row // TILE, tile]:
                 first = row * region.stride + tile * TILE
+                if surfaces.sky.is_seen:
+                    _shade_sky(tiles.colour, primitive_ids, (first, first + TILE),
+                               (tile * TILE, region.top + row), surfaces.sky)
                 _shade_row((tiles.colour, tiles.depth, primitive_ids), (first, first + TILE),
                            (tile * TILE, region.top + row), is_perspective, buffers.shading,
                            surfaces)
                 for i in range(first, first + TILE):
                     primitive_ids[i] = NO_PRIMITIVE
+
+
+@lean_kernel
+def _shade_sky(colour, primitive_ids, span, place, sky):
+    """Write the colours of pixels that see nothing; see _shade_row."""
+    begin, v = np.uint64(span[0]), np.float32(place[1])
+    for i in range(np.uint64(span[1]) - begin):
+        seen = sky_colour(sky, np.float32(np.int32(place[0]) + np.int32(i)), v)
+        is_sky = primitive_ids[begin + i] == NO_PRIMITIVE
+        colour[begin + i] = seen if is_sky else colour[begin + i]
 
 
 @lean_kernel

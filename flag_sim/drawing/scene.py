@@ -25,15 +25,15 @@ from flag_sim.drawing import ranges
 from flag_sim.drawing.camera import Camera
 from flag_sim.drawing.mesh import grid_triangles, Mesh
 from flag_sim.drawing.shading import Surface
-from flag_sim.drawing.shapes import Dimensions, platform_mesh, pole_mesh
+from flag_sim.drawing.shapes import Dimensions, ground_mesh, platform_mesh, pole_mesh
 from flag_sim.drawing.style import Materials
 from flag_sim.drawing.texture import Texture
 from flag_sim.parameters import checks
 
 import numpy as np
 
-# What labels of pixels mean; 0 is nothing, and further objects count from 4.
-FLAG, POLE, PLATFORM = 1, 2, 3
+# What labels of pixels mean; 0 is nothing, and further objects count from 5.
+FLAG, POLE, PLATFORM, GROUND = 1, 2, 3, 4
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -49,7 +49,7 @@ class Object:
     seen; texture_coordinates: (n, 2) at the vertices, or None; before: (n, 3) [m], where the
     vertices were in the frame before, for the flow, or None where that is not known; texture: a
     picture that takes the place of the surface's colour, for which there must be
-    texture_coordinates, or None.
+    texture_coordinates, or None; casts_shadow: whether the sun does not shine through it.
     Arrays that are read-only are taken to be the same in the next frame; others are read again.
     Raises ValueError for other shapes and types, and for triangles of vertices that do not exist.
     """
@@ -63,6 +63,7 @@ class Object:
     texture_coordinates: np.ndarray | None = None
     before: np.ndarray | None = None
     texture: Texture | None = None
+    casts_shadow: bool = True
 
     def __post_init__(self):
         """Refuse what cannot be drawn."""
@@ -86,6 +87,8 @@ class Object:
                             ('before', vertices.shape)):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, ranges.points(name, getattr(self, name), shape))
+        casts_shadow = checks.boolean('casts_shadow', self.casts_shadow)
+        object.__setattr__(self, 'casts_shadow', casts_shadow)
         if self.texture is not None:
             checks.instance('texture', self.texture, Texture)
             checks.require(self.texture_coordinates is not None, 'texture_coordinates',
@@ -169,15 +172,16 @@ def _grid_coordinates(rows, columns):
 
 
 def body(mesh: Mesh, surface: Surface = Surface(), label: int = 0,
-         before: np.ndarray | None = None) -> Object:
+         before: np.ndarray | None = None, casts_shadow: bool = True) -> Object:
     """
     Return a closed mesh as an object; raises ValueError for what is none.
 
-    before: (n, 3) [m], its vertices in the frame before, or None where that is not known.
+    before: (n, 3) [m], its vertices in the frame before, or None where that is not known;
+    casts_shadow: see Object.
     """
     checks.instance('mesh', mesh, Mesh)
     return Object(mesh.vertices, mesh.triangles, mesh.normals, surface, label, True,
-                  before=before)
+                  before=before, casts_shadow=casts_shadow)
 
 
 def flag_scene(flag_vertices: np.ndarray, flag_normals: np.ndarray | None = None,
@@ -185,7 +189,7 @@ def flag_scene(flag_vertices: np.ndarray, flag_normals: np.ndarray | None = None
                dimensions: Dimensions = Dimensions(),
                last: LastFrame | None = None) -> list[Object]:
     """
-    Return the objects of the source's scene (sec. 1.2): the flag and, if seen, pole and platform.
+    Return the objects of the source's scene (sec. 1.2): the flag and what else is to be seen.
 
     flag_vertices, flag_normals: see sheet; camera: it decides how finely round things are cut;
     last: the frame before, or None where there is none; a flag of another grid has no flow.
@@ -217,4 +221,8 @@ def _pole_and_platform(camera, materials, dimensions, dimensions_before):
         add(pole_mesh, materials.pole, POLE)
     if dimensions.platform_visible:
         add(platform_mesh, materials.platform, PLATFORM)
+    if dimensions.ground_visible:
+        mesh = ground_mesh()
+        # Nothing is below it that could be in its shadow.
+        objects.append(body(mesh, materials.ground, GROUND, mesh.vertices, casts_shadow=False))
     return objects

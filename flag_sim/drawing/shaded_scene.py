@@ -17,6 +17,7 @@ import dataclasses
 
 from flag_sim.drawing.shading import light_levels, shade
 from flag_sim.drawing.shadows import NO_SHADOWS, shadows_of, sun_camera
+from flag_sim.drawing.sky import sky_of
 from flag_sim.drawing.surfaces import Surfaces
 from flag_sim.drawing.texture import ENCODE, TEXEL
 
@@ -25,7 +26,7 @@ import numpy as np
 
 class ShadedScene:
     """
-    Light, textures and shadows of a scene's vertices, where some object has a texture or shadows.
+    Light, textures and shadows of a scene's vertices, where pixels are shaded one by one.
 
     draw: draws a list of objects as the sun sees them; it returns their depth (height, width).
 
@@ -48,7 +49,7 @@ class ShadedScene:
         self.key = None
         self._has_shadows = style.shadows and light.is_up and light.intensity > 0.0
         self._is_shaded = [self._has_shadows or one.texture is not None for one in objects]
-        if not any(self._is_shaded):
+        if not any(self._is_shaded) and not style.sky_gradient:
             return
         shape = len(scene.triangles if style.shading == 'flat' else scene.positions), 2, 3
         if self._levels is None or self._levels[0].shape != shape:
@@ -87,14 +88,19 @@ class ShadedScene:
         colours = np.array([one.surface.color for one in self._objects])
         return Surfaces(colours, first_levels, levels, texels, object_of, coordinates,
                         *self._levels, light.ambient, ENCODE, style.shading == 'flat',
-                        style.interpolation == 'screen', self._shadows(scene, camera, light))
+                        style.interpolation == 'screen', self._shadows(scene, camera, light),
+                        sky_of(camera, style))
 
     def _shadows(self, scene, camera, light):
-        sun = sun_camera(scene.positions, camera, light) if self._has_shadows else None
+        casting = [own for one, (own, _) in zip(self._objects, scene.slices) if one.casts_shadow]
+        if not self._has_shadows or not casting:
+            return NO_SHADOWS
+        casts = np.concatenate([scene.positions[own] for own in casting])
+        sun = sun_camera(casts, scene.positions, camera, light)
         if sun is None:
             return NO_SHADOWS
         bare = [one if one.texture is None else dataclasses.replace(one, texture=None)
-                for one in self._objects]
+                for one in self._objects if one.casts_shadow]
         return shadows_of(self._draw(bare, sun), sun, scene.positions, scene.triangles)
 
 

@@ -76,20 +76,23 @@ NO_SHADOWS = Shadows(np.empty((0, 0), np.float32), np.empty((0, 3)), np.empty((0
                      0.0)
 
 
-def sun_camera(points: np.ndarray, camera: Camera, light: Light) -> Camera | None:
+def sun_camera(casting: np.ndarray, points: np.ndarray, camera: Camera,
+               light: Light) -> Camera | None:
     """
     Return the camera from which the sun sees all that can shade what `camera` sees, or None.
 
-    points: (n, 3) [m] of the scene. Its texels are as fine as the pixels of what is nearest to
-    the camera, or as LARGEST allows; they stay where they are in the world while the scene moves,
-    so that edges of shadows do not crawl.
+    casting, points: (n, 3) [m] of what casts shadows, and of the whole scene. Its texels are as
+    fine as the pixels of what is nearest to the camera of what casts shadows, or as LARGEST
+    allows; they stay where they are in the world while the scene moves, so that edges of shadows
+    do not crawl.
     """
-    points = points[(np.abs(points) < FARTHEST).all(axis=1)]
-    if not len(points):
+    casting, points = (array[(np.abs(array) < FARTHEST).all(axis=1)]
+                       for array in (casting, points))
+    if not len(casting):
         return None
     # Right, down and away from the sun.
     turn = Camera(azimuth=light.azimuth, elevation=light.elevation, distance=0.0).pose[:3, :3]
-    seen = points @ turn.T
+    seen = casting @ turn.T
     low, high = seen.min(axis=0), seen.max(axis=0)
     depths = points @ camera.pose[2, :3] + camera.pose[2, 3]
     near, far = max(depths.min(), camera.near), depths.max()
@@ -102,7 +105,8 @@ def sun_camera(points: np.ndarray, camera: Camera, light: Light) -> Camera | Non
     if not (extent > 0.0).all():
         return None
     # In steps of a quarter of an octave.
-    fine = 2.0 ** (math.ceil(4.0 * math.log2(camera.pixels_per_metre(near))) / 4.0)
+    nearest = max(near, (casting @ camera.pose[2, :3] + camera.pose[2, 3]).min())
+    fine = 2.0 ** (math.ceil(4.0 * math.log2(camera.pixels_per_metre(nearest))) / 4.0)
     while (extent * fine).max() + 2 * MARGIN > LARGEST:
         fine *= 2.0 ** -0.25
     width, height = (min(LARGEST, int(-(-(side * fine + 2 * MARGIN) // STEP) * STEP))

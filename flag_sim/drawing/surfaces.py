@@ -24,6 +24,7 @@ each primitive.
 from typing import NamedTuple
 
 from flag_sim.drawing.shadows import bias_at, Shadows, slopes_of
+from flag_sim.drawing.sky import Sky
 from flag_sim.drawing.texture import TEXEL
 from flag_sim.jit.kernels import lean_inner_kernel, lean_kernel
 
@@ -53,7 +54,7 @@ class Surfaces(NamedTuple):
     of all textures; object_of: (m,) int32, of each triangle, -1 where pixels are not shaded;
     coordinates: (n, 2) of vertices; sun, mirrored: (n, 2, 3) of both sides of vertices, or of
     triangles where is_flat, see shading.light_levels; ambient: light from everywhere; encode: see
-    texture.ENCODE; is_on_screen: whether light is linear on the screen; shadows: see there.
+    texture.ENCODE; is_on_screen: whether light is linear on the screen; shadows, sky: see there.
     """
 
     colours: np.ndarray
@@ -69,6 +70,7 @@ class Surfaces(NamedTuple):
     is_flat: bool
     is_on_screen: bool
     shadows: Shadows
+    sky: Sky
 
 
 class Shading(NamedTuple):

@@ -109,7 +109,7 @@ class Renderer(FrameNode):
 
     def apply(self, changed: Collection[str]) -> None:
         """Compile what pixels need that are shaded one by one, before a frame has to wait."""
-        if not {'flag.image', 'shadows'}.isdisjoint(changed):
+        if not {'flag.image', 'shadows', 'sky.gradient'}.isdisjoint(changed):
             self._warm_up()
         if 'flag.image' in changed:
             self._tell_of_image()

@@ -189,13 +189,13 @@ def test_the_map_is_as_fine_as_the_picture_and_no_larger_than_it_may_be():
     points = np.concatenate([one.vertices for one in scene(Camera(**SIZE))])
     for width, height in ((320, 240), (1280, 720), (7680, 4320)):
         camera = Camera(width, height)
-        sun = sun_camera(points, camera, Light())
+        sun = sun_camera(points, points, camera, Light())
         assert max(sun.width, sun.height) <= LARGEST
         if width < 2000:
             assert sun.focal >= camera.pixels_per_metre(5.0)
     # Texels stay where they are while the flag moves.
-    first, second = (sun_camera(np.concatenate([points, [[2.2, 0.2 + shift, 8.0]]]),
-                                Camera(**SIZE), Light()) for shift in (0.0, 0.4))
+    moved = [np.concatenate([points, [[2.2, 0.2 + shift, 8.0]]]) for shift in (0.0, 0.4)]
+    first, second = (sun_camera(now, now, Camera(**SIZE), Light()) for now in moved)
     offset = (np.array(first.target) - second.target) @ first.pose[:2, :3].T * first.focal
     assert first.focal == second.focal
     np.testing.assert_allclose(offset, np.rint(offset), atol=1e-6)
