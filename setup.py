@@ -112,8 +112,10 @@ setup(
             'lz4>=4,<5',
         ],
         # The lower bounds leave out CVE-2024-28219 and CVE-2024-34062.
-        'pictures': ['pillow>=10.3,<14', 'tqdm>=4.66.3,<5'],
+        'pictures': ['av>=12,<19', 'pillow>=10.3,<14', 'tqdm>=4.66.3,<5'],
         'study': ['matplotlib>=3.6,<4', 'pyyaml>=6.0.1,<7'],
+        # For those whose tests use flag_sim.testing.
+        'testing': ['pytest>=7.4,<10'],
         # The linters are ROS's own, with the plugins that their package.xml files ask for.
         'test': [
             'pytest>=7.4,<10',

@@ -83,6 +83,7 @@ class Mesh:
         self.pinned = checks.boolean('pinned', pinned)
         self.precision = Grid.accepted('precision', precision)
         self._dtype = np.dtype(precision)
+        self._largest = np.finfo(self._dtype).max
         self._line = CACHE_LINE // self._dtype.itemsize
         self.dx = self.length / (self.columns - 1)
         self.dy = self.width / (self.rows - 1)
@@ -145,7 +146,7 @@ class Mesh:
         """Return value, or a tuple of values, in the fields' precision and within its range."""
         if isinstance(value, tuple):
             return tuple(self.number(one) for one in value)
-        return self._dtype.type(min(value, np.finfo(self._dtype).max))
+        return self._dtype.type(min(value, self._largest))
 
     def rest(self, hoist_top: Vector) -> np.ndarray:
         """Return the cloth laid flat from hoist_top along +x and down: (rows, columns, 3) [m]."""

@@ -47,7 +47,7 @@ class ShadedScene:
         """Begin a frame of `objects`, joined in a SceneBuffers."""
         self._objects = objects
         self.key = None
-        self._has_shadows = style.shadows and light.is_up and light.intensity > 0.0
+        self._has_shadows = style.shadows and light.sunlight > 0.0
         self._is_shaded = [self._has_shadows or one.texture is not None for one in objects]
         if not any(self._is_shaded) and not style.sky_gradient:
             return

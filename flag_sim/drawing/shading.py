@@ -25,6 +25,10 @@ from flag_sim.parameters.declared import Declared, declared
 import numpy as np
 
 
+# The sun is dimmed where it stands lower than this above the horizon [rad].
+DIM_BELOW = 0.1
+
+
 def refuse_unit_colour(name: str, colour: tuple) -> None:
     """
     Raise ValueError for a colour, 0 to 255, whose channels all are from 0 to 1, but for black.
@@ -43,8 +47,9 @@ class Light(Declared):
 
     azimuth: [rad] from x towards y, and elevation: [rad] above the horizon, of the place where
     the sun stands; intensity: of its light; ambient: of the other. A surface of diffuse 1 that
-    faces the sun shows its own colour where intensity + ambient = 1. A sun below the ground does
-    not shine: what is left is the ambient light. Raises ValueError for a value out of its range.
+    faces the sun shows its own colour where intensity + ambient = 1. A sun lower than DIM_BELOW is
+    dimmed; below the ground it does not shine: what is left is the ambient light. Raises
+    ValueError for a value out of its range.
     """
 
     azimuth: float = declared(-1.0, 'where the sun stands, from +x towards +y', 'rad',
@@ -62,9 +67,15 @@ class Light(Declared):
                 math.sin(self.elevation))
 
     @property
-    def is_up(self) -> bool:
-        """Whether the sun stands above the horizon or on it."""
-        return math.sin(self.elevation) >= 0.0
+    def sunlight(self) -> float:
+        """
+        Return how much light of the sun arrives: less near the horizon, and none below it.
+
+        The way through the air is ever longer there, and dims the sun until it is gone: without a
+        step when it rises. The curve is a smoothstep, not one of measured air.
+        """
+        risen = min(max(self.elevation / DIM_BELOW, 0.0), 1.0)
+        return self.intensity * risen * risen * (3.0 - 2.0 * risen)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -148,7 +159,7 @@ def light_levels(points: np.ndarray, normals: np.ndarray, viewpoint: np.ndarray,
 
 
 def _lighting(surface, light):
-    sun = light.intensity if light.is_up else 0.0
+    sun = light.sunlight
     return Lighting(light.direction, light.ambient, sun * surface.diffuse,
                     sun * surface.transmission, 255.0 * sun * surface.specular,
                     surface.shininess)

@@ -24,14 +24,13 @@ from flag_sim.declarations.scene import check_scene
 from flag_sim.jit.cache import compilations
 from flag_sim.parameters import checks
 from flag_sim.protocol.frames import FrameId
-from flag_sim.ros import messages
+from flag_sim.ros import serialized
 from flag_sim.ros.compiling import compiling
 from flag_sim.ros.diagnostics import ERROR, WARN
 from flag_sim.ros.frame_node import FrameNode
 from flag_sim.ros.lifecycle import run
 from flag_sim.ros.topics import publish
 import numpy as np
-from sensor_msgs.msg import PointCloud2
 
 
 class Physics(FrameNode):
@@ -73,8 +72,8 @@ class Physics(FrameNode):
         del frame
         self._cloth.restart()
 
-    def work(self, frame: FrameId, wind: np.ndarray, values: Mapping) -> PointCloud2:
-        """Return the frame's PointCloud2."""
+    def work(self, frame: FrameId, wind: np.ndarray, values: Mapping) -> bytes:
+        """Return the frame's PointCloud2, serialised."""
         begin, before = time.monotonic(), compilations()
         self._warn_if_joined(frame, values)
         prepared = ''
@@ -93,7 +92,9 @@ class Physics(FrameNode):
                            f'{values["max_gap"]:g} s: it is not simulated; '
                            f'{self._cause_of_gap(self._cloth.gap)}')
         self._busy = time.monotonic() - begin, prepared
-        return messages.cloud_message(frame.stamp, self._cloth.positions, self._cloth.normals())
+        positions = self._cloth.positions
+        points = np.concatenate([positions, self._cloth.normals()], axis=2, dtype=np.float32)
+        return serialized.cloud(*positions.shape[:2]).at(frame.stamp, points)
 
     def _warn_if_joined(self, frame, values):
         """Warn where the first frame that is served is not the first of its take."""
@@ -119,7 +120,7 @@ class Physics(FrameNode):
             level, message = WARN, self._cloth.softness()
         return level, message, self._cloth.figures()
 
-    def answer(self, stamp: int, answer: PointCloud2) -> None:
+    def answer(self, stamp: int, answer: bytes) -> None:
         """Publish the frame's vertices."""
         del stamp
         with self._stopwatch.measure('publish'):

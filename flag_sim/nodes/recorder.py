@@ -24,14 +24,12 @@ from flag_sim.protocol.cdr import serialized_stamp
 from flag_sim.protocol.recording import Placement, Recording
 from flag_sim.protocol.stamp_buffer import StampBuffer
 from flag_sim.protocol.throttled_log import Entry
-from flag_sim.ros import frame_message, messages
+from flag_sim.ros import frame_message, serialized
 from flag_sim.ros.bag import Bag
 from flag_sim.ros.lifecycle import run
 from flag_sim.ros.node_log import NodeLog
 from flag_sim.ros.parameter_node import BadParameter, ParameterNode
 from flag_sim.ros.topics import DEPTH, publish, publishers, subscribe, TOPICS
-from rcl_interfaces.msg import ParameterEvent
-from rclpy.serialization import deserialize_message
 
 CHECK = 0.5
 """Between looks whether the bag is still there [s]."""
@@ -70,7 +68,9 @@ class Recorder(ParameterNode):
         self._end_timer = None  # looks whether a recording that is full has been heard
         self._last_asked = 0.0  # steady time at which a frame was last requested again [s]
         self._log = NodeLog(self)
+        self._frames = frame_message.FrameReader()
         self._frame_done_out = publish(self, 'frame_done')
+        self._done = serialized.header(self.get_name())
         for name in self._topics:
             self._record(name)
         if 'parameters' not in self._topics:
@@ -116,11 +116,9 @@ class Recorder(ParameterNode):
     def _follow(self, data, info):
         """Follow the takes by a message of `parameters`; return what is to be recorded now."""
         try:
-            message = deserialize_message(data, ParameterEvent)
-        except RuntimeError:  # of the middleware; it names a line in its source
-            raise ValueError(f'its {len(data)} bytes are no ParameterEvent') from None
-        try:
-            frame, _, _ = frame_message.read_parameters(message)
+            frame, _, _ = self._frames.read(data)
+        except frame_message.NoMessage:
+            raise
         except ValueError:
             return [data]  # physics refuses it and says so; here it is only recorded
         takes = self._recording.takes
@@ -201,7 +199,7 @@ class Recorder(ParameterNode):
 
     def _say_done(self, stamp):
         with self._stopwatch.measure('publish'):
-            self._frame_done_out.publish(messages.header(stamp, self.get_name()))
+            self._frame_done_out.publish(self._done.at(stamp))
 
     def _end_if_full(self):
         if self._recording.has_all_frames and self._end_timer is None:

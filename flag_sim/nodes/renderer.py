@@ -24,7 +24,8 @@ from flag_sim.declarations.scene import check_scene
 from flag_sim.drawing import flag_scene, LastFrame, Light, Picture
 from flag_sim.protocol.frames import FrameId
 from flag_sim.protocol.stamp_buffer import StampBuffer
-from flag_sim.ros import camera_messages, messages
+from flag_sim.ros import camera_messages, serialized
+from flag_sim.ros.cloud_reader import CloudReader
 from flag_sim.ros.compiling import compiling
 from flag_sim.ros.frame_node import FrameNode
 from flag_sim.ros.lifecycle import run
@@ -48,7 +49,7 @@ A publisher that was killed remains visible for less than that.
 
 class Drawing:
     """
-    What a frame is drawn from, and the messages made of it so far.
+    What a frame is drawn from, and the messages made of it so far, serialised.
 
     cloud: positions and normals; values: {parameter: value}; last: the frame before, or None.
     """
@@ -84,8 +85,10 @@ class Renderer(FrameNode):
         self._picture = Picture(self.values['threads'])
         self._camera_out = {name: publish(self, name) for name in camera_messages.available()}
         self._frame_done_out = publish(self, 'frame_done')
+        self._done = serialized.header(self.get_name())
         self._start = time.monotonic()
-        subscribe(self, 'vertices', self._on_vertices)
+        self._reader = CloudReader()
+        subscribe(self, 'vertices', self._on_vertices, raw=True)
         self._grace = self.create_timer(WIND_DISCOVERY_TIME, self._end_grace)
         self._publishers_timer = self.create_timer(POLL_PERIOD, self._look_for_publishers)
         self._had_several = False  # publishers of vertices, at the last look
@@ -139,10 +142,9 @@ class Renderer(FrameNode):
         """Return whether the frame's vertices have come."""
         return frame.stamp in self._clouds
 
-    def _on_vertices(self, message, info):
+    def _on_vertices(self, data, info):
         try:
-            stamp = messages.checked_stamp(message.header.stamp)
-            cloud = messages.read_cloud(message)
+            stamp, cloud = self._reader.read(data)
         except ValueError as error:
             self.refuse('vertices', error)
             return
@@ -213,7 +215,7 @@ class Renderer(FrameNode):
         drawing = Drawing(self._clouds.take(frame.stamp), self._look, values,
                           self._frame_before(frame))
         self._last = frame, drawing
-        self._draw(frame.stamp, drawing)
+        self._draw(frame.stamp, drawing, self._listened())
         return drawing
 
     def _frame_before(self, frame):
@@ -228,14 +230,14 @@ class Renderer(FrameNode):
         return [name for name, publisher in self._camera_out.items()
                 if publisher.get_subscription_count()]
 
-    def _draw(self, stamp, drawing):
+    def _draw(self, stamp, drawing, listened):
         """
-        Make the messages that have subscribers and are not made yet.
+        Make the messages that are listened to and not made yet.
 
         A frame is drawn once: a subscriber to depth that comes after it was drawn without depth
         gets the next one.
         """
-        wanted = {name: camera_messages.TOPICS[name] for name in self._listened()
+        wanted = {name: camera_messages.TOPICS[name] for name in listened
                   if name not in drawing.messages}
         pictures = [topic.channels for topic in wanted.values() if topic.channels is not None]
         frame = None
@@ -254,12 +256,13 @@ class Renderer(FrameNode):
 
     def answer(self, stamp: int, answer: Drawing) -> None:
         """Publish the picture and, if all of it has left, say that the frame is done."""
-        self._draw(stamp, answer)  # for those who have begun to listen since the frame was served
+        listened = self._listened()
+        self._draw(stamp, answer, listened)  # for who has begun to listen since it was served
         with self._stopwatch.measure('publish'):
             have_left = [self._camera_out[name].publish(answer.messages[name])
-                         for name in self._listened() if name in answer.messages]
+                         for name in listened if name in answer.messages]
             if all(have_left):  # else the wind asks again in lockstep
-                self._frame_done_out.publish(messages.header(stamp, self.get_name()))
+                self._frame_done_out.publish(self._done.at(stamp))
 
     def status(self) -> tuple[bytes, str, dict]:
         """Return the level, a message and the size of the pictures."""

@@ -21,6 +21,7 @@ import sqlite3
 
 from flag_sim.parameters import checks
 from flag_sim.ros.bag_index import IndexOnDisk
+from flag_sim.ros.mcap_chunks import ChunkWriter
 from flag_sim.ros.parameter_node import BadParameter
 from flag_sim.ros.topics import TOPICS
 
@@ -90,6 +91,7 @@ class Bag:
             else:
                 self._writer.storage.chunks = self._index.enter_context(
                     contextlib.closing(IndexOnDisk(self.path)))
+                self._writer.storage = ChunkWriter(self._writer.storage)
             self._identity = _identity(self._file)
         except (ReaderError, WriterError, OSError, sqlite3.Error) as error:
             raise BadParameter(f'path {self.path}: {error}') from None
@@ -103,23 +105,24 @@ class Bag:
         """
         Write a serialised message at `time` [ns].
 
-        Raises OSError where the disk is full or the bag is gone; then it ends as it was at the
-        last flush.
+        Raises OSError where the disk is full; then the bag ends as it was at the last flush.
         """
         with self._ending():
             self._writer.write(self._connections[topic], time, data)
 
     def flush(self) -> None:
-        """Hand all that was written to the system, which keeps it if this process is killed."""
+        """
+        Hand all that was written to the system, which keeps it if this process is killed.
+
+        Raises OSError where the disk is full or the bag is gone; then it ends as it was before.
+        """
         with self._ending():
+            self.check()
             storage = self._writer.storage
             if self._storage == 'sqlite3':
                 storage.conn.commit()
-                return
-            if storage.chunk.bio.tell():
-                storage.close_chunk()
-            storage.bio.flush()
-            self._whole = storage.bio.tell()
+            else:
+                self._whole = storage.flush()
 
     def check(self) -> None:
         """Raise OSError if the file that is written to is no longer in its place."""
@@ -130,7 +133,6 @@ class Bag:
     def _ending(self):
         """End the bag where it can be written no more, and raise OSError."""
         try:
-            self.check()
             yield
         except (OSError, sqlite3.Error) as error:
             self._abort()
@@ -170,7 +172,7 @@ class Bag:
 def _identity(path):
     """Return which file is at `path`, or None."""
     with contextlib.suppress(OSError):
-        found = path.stat()
+        found = os.stat(path)
         return found.st_dev, found.st_ino
     return None
 

@@ -21,13 +21,13 @@ from typing import NamedTuple
 
 from flag_sim.drawing import Camera, Frame, transforms
 from flag_sim.drawing.mesh import grid_triangles
-from flag_sim.ros import messages
+from flag_sim.ros import messages, serialized
 from flag_sim.ros.messages import WORLD
 from geometry_msgs.msg import (
     Point, Pose, PoseStamped, Quaternion, Transform, TransformStamped, Vector3)
 import numpy as np
 from rclpy.serialization import serialize_message
-from sensor_msgs.msg import CameraInfo, CompressedImage
+from sensor_msgs.msg import CompressedImage
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker
 
@@ -64,12 +64,14 @@ class CameraTopic(NamedTuple):
 
 def _image_of(channel):
     """Return the topic of an image of one channel of the frame."""
-    return CameraTopic(() if channel == 'colour' else (channel,), lambda shot: (
-        messages.image_message(shot.stamp, getattr(shot.frame, channel), shot.frame_id)))
+    def message(shot):
+        pixels = getattr(shot.frame, channel)
+        return serialized.image(pixels, shot.frame_id).at(shot.stamp, pixels)
+    return CameraTopic(() if channel == 'colour' else (channel,), message)
 
 
-def _camera_info(shot) -> CameraInfo:
-    return messages.camera_info_message(shot.stamp, shot.camera, shot.frame_id)
+def _camera_info(shot):
+    return serialized.camera_info(shot.camera, shot.frame_id).at(shot.stamp)
 
 
 def compressed_message(shot: Shot) -> CompressedImage:

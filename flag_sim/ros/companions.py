@@ -126,8 +126,8 @@ class Companions:
         future = self._pending[node] = self._clients[node].call_async(
             GetParameters.Request(names=[declaration.name for declaration in declarations]))
         asked = time.time_ns()
-        future.add_done_callback(
-            lambda done: self._learn(node, declarations, done.result(), asked))
+        future.add_done_callback(self._node.guarded(
+            lambda done: self._learn(node, declarations, done.result(), asked)))
 
     def _learn(self, node, declarations, answer, asked):
         if node not in self._found:

@@ -16,9 +16,9 @@
 from collections.abc import Callable, Mapping
 import time
 
+from flag_sim.protocol.cdr import serialized_header
 from flag_sim.protocol.in_flight import FramesInFlight, Sent
 from flag_sim.protocol.throttled_log import Entry
-from flag_sim.ros.messages import to_stamp
 from flag_sim.ros.node_log import NodeLog
 from flag_sim.ros.parameter_node import ParameterNode
 from flag_sim.ros.topics import publishers, subscribe
@@ -63,11 +63,11 @@ class Delivery(FramesInFlight):
         self._on_done = on_done
         self._warned = None, 0.0  # stamp of the frame that was last waited for, and when [s]
         self._told = None         # stamp of the frame that the log says is not done
-        subscribe(node, 'frame_done', self._on_frame_done)
+        subscribe(node, 'frame_done', self._on_frame_done, raw=True)
 
-    def _on_frame_done(self, message):
-        stamp = to_stamp(message.stamp)
-        if not self.done(stamp, message.frame_id, time.monotonic()):
+    def _on_frame_done(self, data):
+        stamp, name = serialized_header(data)
+        if not self.done(stamp, name, time.monotonic()):
             return
         if stamp == self._told:
             self._told = None

@@ -15,7 +15,11 @@
 """A frame as a ParameterEvent on `parameters`: its place in a take, its wind, its keyed values."""
 import array
 from collections.abc import Mapping, Sequence
+import contextlib
+import math
 
+from builtin_interfaces.msg import Time
+from flag_sim.protocol.cdr import EventLayout
 from flag_sim.protocol.frames import FrameId
 from flag_sim.ros import messages
 from flag_sim.ros.parameter_node import to_parameter
@@ -79,17 +83,28 @@ def read_parameters(message: ParameterEvent) -> tuple[FrameId, np.ndarray, dict]
     A message without the frame's place in a take, such as one typed by hand, has take None: it is
     ordered by its stamp alone. Raises ValueError for one without a finite wind.
     """
+    return _checked(*_values(message))
+
+
+def _values(message):
+    """Return (Time, {name: value}) of a ParameterEvent."""
     try:
-        values = {p.name: parameter_value_to_python(p.value) for p in message.changed_parameters}
+        return message.stamp, {p.name: parameter_value_to_python(p.value)
+                               for p in message.changed_parameters}
     except RuntimeError as error:  # a type that does not exist
         raise ValueError(str(error)) from None
-    wind = np.asarray(values.pop('wind', ()), dtype=object)
-    if wind.shape != (3,) or not all(type(w) is float for w in wind):
-        raise ValueError(f'wind must be a list of 3 numbers, not {wind.tolist()}')
-    wind = wind.astype(float)
-    if not np.isfinite(wind).all():
-        raise ValueError(f'wind must be finite, not {wind.tolist()}')
-    stamp = messages.checked_stamp(message.stamp)
+
+
+def _checked(time, values):
+    """Return what read_parameters returns of these values."""
+    wind = values.pop('wind', ())
+    wind = wind.tolist() if hasattr(wind, 'tolist') else wind
+    if not (isinstance(wind, (list, tuple)) and len(wind) == 3
+            and all(type(w) is float for w in wind)):
+        raise ValueError(f'wind must be a list of 3 numbers, not {wind}')
+    if not all(map(math.isfinite, wind)):
+        raise ValueError(f'wind must be finite, not {list(wind)}')
+    stamp = messages.checked_stamp(time)
     place = [values.pop(name, None) for name in FRAME_NAMES]
     if any(type(part) is not int for part in place):
         if place != [None, None, None]:
@@ -97,7 +112,51 @@ def read_parameters(message: ParameterEvent) -> tuple[FrameId, np.ndarray, dict]
         place = [None, stamp, stamp]
     if not 0 <= place[2] <= place[1]:
         raise ValueError(f'frame.oldest {place[2]} is not from 0 to frame.index {place[1]}')
-    return FrameId(stamp, *place), wind, values
+    return FrameId(stamp, *place), np.array(wind), values
+
+
+class NoMessage(ValueError):
+    """Bytes are no ParameterEvent."""
+
+
+class FrameReader:
+    """
+    Reads one frame after another from the bytes of its ParameterEvent.
+
+    Those of one sender differ in their numbers alone. Where these stand is found once, which takes
+    as long as to read ten messages field by field, and remembered.
+    """
+
+    def __init__(self):
+        self._layout = None
+        self._values = {}  # of the message that has this layout
+
+    def read(self, data: bytes) -> tuple[FrameId, np.ndarray, dict]:
+        """Return what read_parameters does; raise NoMessage, too, for what is none."""
+        numbers = self._layout and self._layout.numbers(data)
+        if numbers is None:
+            try:
+                message = deserialize_message(data, ParameterEvent)
+            except RuntimeError:  # of the middleware; it names a line in its source
+                raise NoMessage(f'its {len(data)} bytes are no ParameterEvent') from None
+            time, values = _values(message)
+            self._learn(data, values)
+        else:
+            time = Time(sec=numbers[0], nanosec=numbers[1])
+            values = {name: old if new is None else new for (name, old), new in zip(
+                self._values.items(), numbers[2:])}
+        return _checked(time, values)
+
+    def _learn(self, data, values):
+        """Remember where the numbers of a message stand that has just been read."""
+        self._layout = None
+        with contextlib.suppress(ValueError):
+            layout = EventLayout(data)
+            found = layout.numbers(data)[2:]
+            # A name may come twice; and it is rclpy that knows what a message says.
+            if len(found) == len(values) and all(
+                    number in (None, value) for number, value in zip(found, values.values())):
+                self._layout, self._values = layout, values.copy()
 
 
 def as_oldest(data: bytes) -> bytes:

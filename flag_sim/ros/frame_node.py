@@ -44,7 +44,8 @@ class FrameNode(ParameterNode):
         self._good = None   # values that the take's last frame was served with
         self._clash = ''    # why keyed values of the last frame could not be used
         # The network cannot deliver before it is spun, and it is spun only once all is ready.
-        subscribe(self, 'parameters', self._on_parameters)
+        self._frames = frame_message.FrameReader()
+        subscribe(self, 'parameters', self._on_parameters, raw=True)
         self._diagnostics = Diagnostics(self, self._status)
         processors = len(os.sched_getaffinity(0))
         if self.values['threads'] > processors:
@@ -82,9 +83,9 @@ class FrameNode(ParameterNode):
         return level, message, {'frames served': self._stopwatch.frames,
                                 **compute_time(self._stopwatch), **values}
 
-    def _on_parameters(self, message, info):
+    def _on_parameters(self, data, info):
         try:
-            frame, wind, keyed = frame_message.read_parameters(message)
+            frame, wind, keyed = self._frames.read(data)
             self.check_wind(wind)
             values = self._own_values(keyed)
         except ValueError as error:

@@ -18,11 +18,11 @@ from pathlib import Path
 import traceback
 
 from flag_sim.protocol.throttled_log import Entry
+from flag_sim.ros.intake import Intake, RequestIntake
 from flag_sim.ros.node_log import NodeLog
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from rclpy.task import Future
+from rclpy.subscription import Subscription
 
 
 def cause(error: Exception) -> str:
@@ -33,51 +33,76 @@ def cause(error: Exception) -> str:
     return f'{type(error).__name__}{place}: {error}'
 
 
-def spin_guarded(node: Node, until: Future, spin_once: Callable[[], None] | None = None) -> None:
+class GuardedNode(Node):
     """
-    Run a node's callbacks until a future is done or its context is shut down.
+    A node whose timers, subscriptions and services raise nothing, whatever they are sent.
 
-    What one of them raises, whatever it was sent, is logged once a cause, and the next one runs.
-    spin_once(): runs one callback; by default that of an executor of its own.
+    What a callback raises is logged once a cause. An executor that sees it loses the events which
+    it holds besides, and that of rclpy.experimental logs all of it each time.
     """
-    if spin_once is not None:
-        _spin(node, until, spin_once)
-        return
-    executor = SingleThreadedExecutor(context=node.context)
-    executor.add_node(node)
-    # A task of its own, so that it returns: an executor that is only woken waits on.
-    until.add_done_callback(lambda _: executor.create_task(lambda: None))
-    try:
-        _spin(node, until, executor.spin_once)
-    finally:  # now, for it cannot be done any more when the interpreter ends
-        executor.shutdown()
 
+    def __init__(self, name: str, **options):
+        self._fault_log = None
+        # defer(function): how the executor runs something once all that has come so far is
+        # served; None where that is not needed.
+        self.defer: Callable | None = None
+        super().__init__(name, **options)
 
-def _spin(node, until, spin_once):
-    log = NodeLog(node)
-    while node.context.ok() and not until.done():
-        try:
-            spin_once()
-        except Exception as error:
-            if not node.context.ok():
-                return
-            log.error(f'a callback failed, the node goes on: {cause(error)}', 'callbacks')
-            _release(node)
+    def report(self, error: Exception) -> None:
+        """Log what a callback has raised, unless the node is ending."""
+        if not self.context.ok():
+            return
+        if self._fault_log is None:  # rclpy's own subscriptions are made before there is a logger
+            self._fault_log = NodeLog(self)
+        self._fault_log.error(f'a callback failed, the node goes on: {cause(error)}', 'callbacks')
 
+    def guarded(self, callback: Callable) -> Callable:
+        """Return a callback that reports what it raises, and then returns None."""
+        def call(*arguments):
+            try:
+                return callback(*arguments)
+            except Exception as error:
+                self.report(error)
+        return call
 
-def _release(node):
-    """
-    Let all callbacks of a node run again, none of which is running now.
+    def create_timer(self, timer_period_sec, callback, *arguments, **options):
+        """Return a timer as rclpy does."""
+        call = self.guarded(callback)
+        # rclpy gives its info to whatever takes an argument.
+        return super().create_timer(timer_period_sec, lambda: call(), *arguments, **options)
 
-    rclpy leaves one that fails while its message is taken from the middleware marked as running,
-    and its group with it: no other one of the group would ever be called again.
-    """
-    for entity in (*node.timers, *node.subscriptions, *node.guards, *node.clients,
-                   *node.services, *node.waitables):
-        group = entity.callback_group
-        if getattr(entity, '_executor_event', False) and group is not None:
-            entity._executor_event = False
-            group.ending_execution(entity)
+    def create_subscription(self, msg_type, topic, callback, qos_profile, *, raw=False, **options):
+        """Return a subscription as rclpy does; it takes all messages as bytes."""
+        intake = Intake(self, msg_type, topic, callback, raw)
+        return super().create_subscription(
+            msg_type, topic, intake, qos_profile, raw=True, **options)
+
+    def create_service(self, srv_type, srv_name, callback, **options):
+        """Return a service as rclpy does; where its callback fails it answers with defaults."""
+        call = self.guarded(callback)
+
+        def answer(request, response):
+            answered = call(request, response)
+            return srv_type.Response() if answered is None else answered
+        intake = RequestIntake(self, answer)
+        service = super().create_service(srv_type, srv_name, intake, **options)
+        intake.attach(service)
+        return service
+
+    def destroy_publisher(self, publisher: Publisher) -> bool:
+        """Destroy a publisher as rclpy does, but not while the node is run."""
+        self._refuse_while_spun()
+        return super().destroy_publisher(publisher)
+
+    def destroy_subscription(self, subscription: Subscription) -> bool:
+        """Destroy a subscription as rclpy does, but not while the node is run."""
+        self._refuse_while_spun()
+        return super().destroy_subscription(subscription)
+
+    def _refuse_while_spun(self):
+        if self.defer is not None:  # https://github.com/ros2/rclpy/issues/1644
+            raise RuntimeError('what has event callbacks cannot be destroyed while an '
+                               'EventsExecutor runs the node: it would crash')
 
 
 class GuardedPublisher:

@@ -26,8 +26,8 @@ from flag_sim.declarations.usage import asks_for_help, usage
 from flag_sim.parameters.file_targets import given_files, is_meant, keys_in
 from flag_sim.protocol.notify import NotifySender
 from flag_sim.ros.dds_profile import set_dds_profile
-from flag_sim.ros.guard import spin_guarded
 from flag_sim.ros.parameter_node import BadParameter, ParameterNode
+from flag_sim.ros.spinning import spin_guarded
 import rclpy
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future

@@ -19,7 +19,7 @@ from flag_sim.declarations.nodes import NODES, scene
 from flag_sim.parameters import checks
 from flag_sim.protocol.stopwatch import Stopwatch
 from flag_sim.protocol.throttled_log import shortened
-from flag_sim.ros.guard import cause
+from flag_sim.ros.guard import cause, GuardedNode
 from flag_sim.ros.node_log import NodeLog
 from flag_sim.ros.parameter_service import CheckedParameterService
 from flag_sim.ros.qos_overrides import ignored_overrides, PREFIX
@@ -27,7 +27,6 @@ from rcl_interfaces.msg import FloatingPointRange, IntegerRange
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import InvalidParameterTypeException
-from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.task import Future
 
@@ -44,7 +43,7 @@ class BadParameter(ValueError):
     """A node cannot start with the parameters that it was given; the message is for the user."""
 
 
-class ParameterNode(Node):
+class ParameterNode(GuardedNode):
     """
     A node with the parameters of `declarations`.
 
@@ -60,6 +59,8 @@ class ParameterNode(Node):
         except InvalidParameterTypeException:  # of those that rclpy declares, all of them booleans
             raise BadParameter(self._mistyped()) from None
         self._log = NodeLog(self)
+        # One for all: the EventsExecutor has a thread for every clock.
+        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.ended = Future()  # set to the exit status when the node has nothing left to do
         self._stopwatch = Stopwatch()
         self._declarations = {declaration.name: declaration for declaration in declarations}
@@ -87,7 +88,7 @@ class ParameterNode(Node):
         """
         return super().create_timer(
             timer_period_sec, callback, callback_group,
-            clock or Clock(clock_type=ClockType.STEADY_TIME), **options)
+            clock or self._steady, **options)
 
     def _declare(self):
         # rclpy's private record of what was given at the start: its public way, to declare all

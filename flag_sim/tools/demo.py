@@ -15,6 +15,7 @@
 """The demo: a shot played through four processes in lockstep, and pictures of it."""
 import argparse
 from collections.abc import Sequence
+import importlib.util
 import os
 from pathlib import Path
 import shutil
@@ -24,7 +25,7 @@ import time
 from flag_sim.parameters.arguments import given_path
 from flag_sim.parameters.config import config_path
 from flag_sim.tools.domains import NoDomain
-from flag_sim.tools.film import images_of, write_animation, write_contact_sheet
+from flag_sim.tools.film import images_of, write_animation, write_contact_sheet, write_movie
 from flag_sim.tools.graph import Graph
 from tqdm import tqdm
 import yaml
@@ -109,7 +110,7 @@ def shots() -> list[str]:
 def film(shot: Path, frames: int, out: Path) -> int:
     """Play the params file `shot`, make its pictures in `out`; return the exit status."""
     shutil.rmtree(out / 'demo', ignore_errors=True)
-    for name in ('demo.gif', 'demo.png'):
+    for name in ('demo.mp4', 'demo.gif', 'demo.png'):
         (out / name).unlink(missing_ok=True)
     print(f'playing {shot.name}: {frames} frames through wind, physics, renderer and recorder')
     print('(the first time, compiling the kernels takes up to half a minute)')
@@ -122,15 +123,18 @@ def film(shot: Path, frames: int, out: Path) -> int:
     if len(images) != frames:
         print('the shot did not reach its end', file=sys.stderr)
         return 1
+    made = {'demo': 'the bag: images, camera_info, vertices, parameters'}
+    if importlib.util.find_spec('av'):
+        write_movie(images, out / 'demo.mp4')
+        made['demo.mp4'] = 'the shot at its own speed and size'
     write_animation(images, out / 'demo.gif')
     write_contact_sheet(images, out / 'demo.png')
+    made.update({'demo.gif': 'the shot at its own speed, smaller', 'demo.png': 'a contact sheet'})
     seconds = float(told.get('X_FLAG_SIM_SECONDS', 0.0))
     rate = f' at {frames / seconds:.0f} frames/s' if seconds else ''
-    print(f'{frames} frames{rate}. Made:\n'
-          f'  {out / "demo"}      the bag: images, camera_info, vertices, parameters\n'
-          f'  {out / "demo.gif"}  the shot at its own speed\n'
-          f'  {out / "demo.png"}  a contact sheet\n'
-          f'See it again, where ROS is installed: ros2 bag play {out / "demo"}')
+    print(f'{frames} frames{rate}. Made:',
+          *(f'  {str(out / name):{len(str(out)) + 10}} {what}' for name, what in made.items()),
+          f'See it again, where ROS is installed: ros2 bag play {out / "demo"}', sep='\n')
     return 0
 
 

@@ -16,7 +16,7 @@
 import math
 
 from flag_sim.drawing import Camera, Light, Surface
-from flag_sim.drawing.shading import shade as shade_into
+from flag_sim.drawing.shading import DIM_BELOW, shade as shade_into
 
 import numpy as np
 
@@ -67,6 +67,18 @@ def test_a_sun_below_the_ground_leaves_ambient_light():
     normals = np.array([[0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
     light = Light(azimuth=0.0, elevation=-0.1, intensity=5.0, ambient=0.5)
     np.testing.assert_allclose(shade(normals, Surface((100, 100, 100)), light), 50.0)
+
+
+def test_the_sun_rises_without_a_step():
+    """In a thousandth of its dimmed way no level changes by one; above that it shines in full."""
+    elevations = np.linspace(-0.01, DIM_BELOW, 1101)
+    levels = [shade(np.array([[1.0, 0.0, 0.0]]), Surface((255, 255, 255)),
+                    Light(0.0, elevation, 0.8, 0.2))[0, 0, 0] for elevation in elevations]
+    assert np.abs(np.diff(levels)).max() < 1.0
+    assert levels[0] == 51.0
+    assert levels[-1] == pytest.approx(255 * (0.2 + 0.8 * math.cos(DIM_BELOW)))
+    assert Light(elevation=DIM_BELOW, intensity=3.0).sunlight == 3.0
+    assert Light(elevation=math.pi / 2).sunlight == 0.8
 
 
 @pytest.mark.parametrize('normal', [

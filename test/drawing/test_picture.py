@@ -31,7 +31,7 @@ WHITE = Materials(flag=Surface((255, 255, 255)))
 def test_the_side_that_is_seen_is_lit():
     x, z = np.meshgrid([0.5, 1.5], [8.5, 7.5])
     square = np.stack([x, np.zeros((2, 2)), z], axis=-1)
-    light = Light(azimuth=-math.pi / 2, elevation=0.0, intensity=0.5, ambient=0.25)
+    light = Light(azimuth=-math.pi / 2, elevation=0.1, intensity=0.5, ambient=0.25)
     for flag in (square, square[:, ::-1]):
         levels = []
         for azimuth in (-math.pi / 2, math.pi / 2):

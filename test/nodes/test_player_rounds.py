@@ -22,8 +22,9 @@ from flag_sim.tools.graph import Graph
 import numpy as np
 import pytest
 import rclpy
-from support.bench import Bench, SENDER, WIND
+from support.bench import Bench, WIND
 from support.frames import parameters_message
+from support.nodes import hear
 from support.shot import messages_of, SMALL, stamp_of
 from support.watch import eventually, Watcher
 
@@ -69,13 +70,11 @@ def test_the_renderer_draws_every_frame_of_every_round(domain, topics, frames, m
         node = Renderer()
         node.answer = lambda stamp, shot: drawn.append(stamp)
         node.count_publishers = lambda topic: int('parameters' in topics)
-        hear = {topic: next(s for s in node.subscriptions if s.topic_name == f'/{topic}').callback
-                for topic in topics}
         for frame in ROUNDS * frames:
             sent = {'parameters': parameters(frame),
                     'vertices': messages.cloud_message(frame.stamp, flat, flat)}
             for topic in topics:
-                hear[topic](sent[topic], SENDER)
+                hear(node, topic, sent[topic])
         node.destroy_node()
     assert drawn == [frame.stamp for frame in ROUNDS * frames]
 

@@ -21,6 +21,8 @@ from flag_sim.tools.demo import shots
 import numpy as np
 import pytest
 import rclpy
+from rclpy.serialization import deserialize_message
+from sensor_msgs.msg import PointCloud2
 from support.bench import Bench, WIND
 from support.frames import parameters_message
 
@@ -105,7 +107,7 @@ def test_it_ends_with_the_node(bench):
     """A minute of a fine grid must not keep a process that was told to end."""
     bench.node.context.shutdown()
     values = {**bench.node.values, 'preroll': 60.0}
-    cloud = bench.node.work(FrameId(0, 1, 0, 0), WIND, values)
+    cloud = deserialize_message(bench.node.work(FrameId(0, 1, 0, 0), WIND, values), PointCloud2)
     assert np.array_equal(np.float32(messages.read_cloud(cloud)[0]), sent(Cloth(5, 7)))
 
 

@@ -24,11 +24,10 @@ import pytest
 from rcl_interfaces.msg import Parameter as ParameterMessage, ParameterEvent, ParameterValue
 from rcl_interfaces.srv import GetParameters
 from rclpy.parameter import Parameter
-from rclpy.serialization import serialize_message
 from rclpy.task import Future
 from std_msgs.msg import Header
 from support.frames import parameters_message
-from support.nodes import made
+from support.nodes import hear, made
 
 SENDERS = [{'publisher_gid': {'data': [number] * 16}} for number in range(2)]
 
@@ -46,7 +45,7 @@ def test_two_winds_at_once_make_few_lines(bench, capfd):
         for sender, take in zip(SENDERS, (10, 20)):
             message = parameters_message(
                 '/wind', FrameId(10_000_000 * index, take, index, index), (6.0, 2.0, 0.5), {})
-            bench._hear(message, sender)
+            hear(bench.node, 'parameters', message, sender)
     assert len(bench.clouds) == 598
     assert len(lines_of(capfd)) < 10
 
@@ -150,7 +149,7 @@ def test_strangers_that_say_done_hide_nobody_who_is_late(domain, tmp_path):
             assert not delivery.done(0, consumer, begin + 1.0)
             assert not delivery.done(123, consumer, begin + 1.0)
         assert delivery.late(begin + 1.1, 0.5) == ['renderer']
-        node._delivery._on_frame_done(Header(frame_id='renderer'))
+        hear(node, 'frame_done', Header(frame_id='renderer'))
         assert delivery.answered
 
 
@@ -215,12 +214,11 @@ def test_an_event_with_many_changes_is_one_change(domain, tmp_path, capfd):
 def test_two_winds_at_once_make_few_lines_of_a_recorder(domain, tmp_path, capfd):
     """Every frame is of another take than the one before."""
     with made('recorder', domain, tmp_path) as node:
-        hear = next(one for one in node.subscriptions if one.topic_name == '/parameters').callback
         for index in range(1, 100):
             for sender, take in zip(SENDERS, (10, 20)):
-                hear(serialize_message(parameters_message(
+                hear(node, 'parameters', parameters_message(
                     '/wind', FrameId(10_000_000 * index, take, index, index),
-                    (6.0, 2.0, 0.5), {})), sender)
+                    (6.0, 2.0, 0.5), {}), sender)
         assert sum('another take' in line for line in lines_of(capfd)) <= MAX_REASONS
 
 
@@ -252,11 +250,11 @@ def test_a_frame_whose_image_has_not_left_is_not_done_until_it_is_asked_for_agai
         flat = np.zeros((2, 2, 3))
         cloud = messages.cloud_message(0, flat, flat)
         frame = parameters_message('/wind', FrameId(0, 1, 0, 0), np.zeros(3), {})
-        node._on_parameters(frame, SENDERS[0])
-        node._on_vertices(cloud, SENDERS[0])
+        hear(node, 'parameters', frame, SENDERS[0])
+        hear(node, 'vertices', cloud, SENDERS[0])
         assert not done.sent and not images.sent
         images.is_lossy = False
-        node._on_parameters(frame, SENDERS[0])
+        hear(node, 'parameters', frame, SENDERS[0])
         assert len(done.sent) == len(images.sent) == 1
 
 

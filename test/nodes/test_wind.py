@@ -26,6 +26,7 @@ from rcl_interfaces.msg import Parameter as ParameterMessage, ParameterEvent, Pa
 import rclpy
 from rclpy.parameter import Parameter
 from std_msgs.msg import Empty
+from support.nodes import hear
 
 
 class Bench:
@@ -45,8 +46,7 @@ class Bench:
 
     def hear(self, topic, message):
         """Let a message arrive."""
-        next(subscription for subscription in self.node.subscriptions
-             if subscription.topic_name == f'/{topic}').callback(message)
+        hear(self.node, topic, message)
 
     def put(self, **values):
         """Set parameters as the service does."""

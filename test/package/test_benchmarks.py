@@ -27,7 +27,7 @@ from support.study import SMALL
 BENCHMARKS = Path(__file__).resolve().parents[1] / 'benchmark'
 # What makes each as short as it can be; tuning is short by what the test makes small in it.
 SHORT = {'animation': ['--quick'], 'cloth': ['--rounds', '1'], 'drawing': ['--rounds', '1'],
-         'pipeline': ['--quick']}
+         'frame_time': ['--frames', '20', '--runs', '1'], 'pipeline': ['--quick']}
 PEERS = {'cloth': {'taichi': 'Taichi', 'newton': 'Newton, springs', 'mujoco': 'MuJoCo flex'},
          'drawing': {'moderngl': 'llvmpipe', 'panda3d': 'Panda3D', 'cv2': 'OpenCV'}}
 

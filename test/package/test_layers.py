@@ -36,6 +36,7 @@ ROOMS = {
     'ros': ('animation', 'declarations', 'drawing', 'jit', 'parameters', 'protocol'),
     'nodes': (*LIBRARY, 'animation', 'declarations', 'protocol', 'ros'),
     'study': (*LIBRARY, 'animation', 'declarations'),
+    'testing': ('parameters', 'tools'),
     'tools': ('cloth', 'drawing', 'parameters', 'protocol'),
 }
 """Of every folder of the package, the others that it may import."""

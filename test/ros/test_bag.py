@@ -21,12 +21,15 @@ import subprocess
 import sys
 import tracemalloc
 
-from flag_sim.ros.bag import Bag, KEPT, RecordedTopics
+from flag_sim.ros.bag import Bag, KEPT, RecordedTopics, type_name
 from flag_sim.ros.parameter_node import BadParameter
+import numpy as np
 import pytest
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.serialization import serialize_message
 from rosbags.highlevel import AnyReader
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+from rosbags.typesys import get_typestore, Stores
 from sensor_msgs.msg import Image
 from support.bags import images_bag, recorded
 
@@ -104,6 +107,37 @@ def test_a_long_bag_takes_no_more_memory_than_a_short_one(tmp_path, storage):
     bag.close()
     with AnyReader([tmp_path / 'bag']) as reader:
         assert [time for _, time, _ in reader.messages()] == list(range(3000))
+
+
+@pytest.mark.parametrize('compression', ['none', 'zstd'])
+def test_a_bag_is_as_rosbags_writes_it_to_the_byte(tmp_path, compression):
+    """With small messages and large ones, in their order and not, and chunks of several."""
+    random = np.random.default_rng(1)
+    told = [(f'/{topic}', int(time), random.bytes(size)) for topic, time, size in zip(
+        random.choice(['a', 'b'], 40), random.integers(0, 10**12, 40),
+        random.choice([0, 9, 70_000, 800_000, 1_200_000], 40))]
+    ours = Bag(tmp_path / 'ours' / 'bag', 'mcap', compression)
+    theirs = Writer(tmp_path / 'theirs' / 'bag', version=9, storage_plugin=StoragePlugin.MCAP)
+    if compression == 'zstd':
+        theirs.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+    theirs.open()
+    types = get_typestore(Stores.ROS2_KILTED)
+    connections = {}
+    for topic, type_ in (('/a', Image), ('/b', ParameterEvent)):
+        ours.add_topic(topic, type_)
+        connections[topic] = theirs.add_connection(topic, type_name(type_), typestore=types)
+    for n, (topic, time, data) in enumerate(told):
+        ours.write(topic, time, data)
+        theirs.write(connections[topic], time, data)
+        if n % 3 == 2:
+            ours.flush()
+            if theirs.storage.chunk.bio.tell():
+                theirs.storage.close_chunk()
+    ours.close()
+    theirs.close()
+    for name in ('bag.mcap', 'metadata.yaml'):
+        assert ((tmp_path / 'ours' / 'bag' / name).read_bytes()
+                == (tmp_path / 'theirs' / 'bag' / name).read_bytes())
 
 
 def test_a_bag_that_was_moved_or_replaced_is_gone(tmp_path):

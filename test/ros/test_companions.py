@@ -37,6 +37,9 @@ class Network:
     def get_fully_qualified_name(self):
         return '/wind'
 
+    def guarded(self, callback):
+        return callback
+
     def resolve_topic_name(self, name):
         return f'/{name}'
 

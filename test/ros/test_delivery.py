@@ -25,6 +25,7 @@ from flag_sim.ros.delivery import check_delivery, Delivery
 from flag_sim.ros.incompatible import UNKNOWN
 from flag_sim.ros.topics import publishers
 import pytest
+from rclpy.serialization import serialize_message
 from std_msgs.msg import Header
 from support.watch import Watcher
 
@@ -66,7 +67,7 @@ def test_a_stall_and_its_end_are_told_together(domain, capfd, monkeypatch):
         sender.send(FrameId(number * 10**9, 1, number, number), None, ['slow'], now[0])
         now[0] += 1.0
         sender.resend_overdue(now[0])
-        sender._on_frame_done(message)
+        sender._on_frame_done(serialize_message(message))
         said = capfd.readouterr().err
         return 'is not done' in said, 'is done' in said
     with Watcher(domain) as watcher:

@@ -29,6 +29,8 @@ import numpy as np
 import pytest
 import rclpy
 from rclpy.parameter import Parameter
+from rclpy.serialization import deserialize_message
+from sensor_msgs.msg import PointCloud2
 from support.shot import SMALL
 from support.watch import eventually, Watcher
 
@@ -108,7 +110,7 @@ def test_elastic_energy_and_strain_are_those_of_the_vertices(domain):
         sent = []
         node.answer = lambda stamp, cloud: sent.append(cloud)
         _, _, values = play(node, 30, (9.0, 3.0, 0.0))
-        positions, _ = messages.read_cloud(sent[-1])
+        positions, _ = messages.read_cloud(deserialize_message(sent[-1], PointCloud2))
     model = Model(Mesh(21, 31, 2.25, 1.5), Material(stiffness=100.0, shear_stiffness=50.0))
     expected = energy.elastic_energy(model, positions) + energy.bending_energy(model, positions)
     assert values['elastic energy [J]'] == pytest.approx(expected, rel=2e-3)

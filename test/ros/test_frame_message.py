@@ -14,12 +14,17 @@
 
 """Frames on the wire, as ParameterEvents, and back."""
 from flag_sim.protocol.frames import FrameId
-from flag_sim.ros.frame_message import as_oldest, FrameMessage, read_parameters
+from flag_sim.ros import frame_message
+from flag_sim.ros.frame_message import (
+    as_oldest, FRAME_NAMES, FrameMessage, FrameReader, NoMessage, read_parameters)
+from flag_sim.ros.parameter_node import to_parameter
+from hypothesis import given, strategies as st
 import numpy as np
 import pytest
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.serialization import deserialize_message, serialize_message
 from support.frames import parameters_message
+from support.fuzz import CHANGES
 
 FRAME = FrameId(stamp=1_500_000_001, take=7, index=45, oldest=43)
 
@@ -81,3 +86,64 @@ def test_a_frame_can_be_made_the_oldest_that_is_waited_for():
     by_hand = ParameterEvent()
     for other in (b'\x00\x01\x00\x00', serialize_message(by_hand)):
         assert as_oldest(other) == other
+
+
+def read_alike(reader, data):
+    """Return whether a reader makes of bytes what rclpy does; both may refuse them."""
+    try:
+        message = deserialize_message(data, ParameterEvent)
+    except RuntimeError:
+        with pytest.raises(NoMessage):
+            reader.read(data)
+        return True
+    try:
+        frame, wind, values = read_parameters(message)
+    except ValueError as refused:
+        with pytest.raises(ValueError) as said:
+            reader.read(data)
+        return str(said.value) == str(refused)
+    found, blowing, read = reader.read(data)
+    return (found, repr(read)) == (frame, repr(values)) and np.array_equal(blowing, wind)
+
+
+def test_frames_are_read_from_bytes_as_from_messages():
+    """One after another, of two senders, with keyed values of all types, and others."""
+    keyed = {'a.double': 2.5, 'a.whole': 3, 'a.bool': True, 'a.text': 'flat', 'a.list': [1.0, 2.0],
+             'a.empty': [], 'a.texts': ['x', 'yz'], 'a.bools': [True, False]}
+    reader = FrameReader()
+    for index in range(6):
+        changed = {**keyed, 'a.double': 0.1 * index, 'a.whole': -index,
+                   'a.list': [index * 1.0] * 2}
+        for name, values in (('/wind', changed), ('/w', {}), ('/wind', changed),
+                             ('/wind', {**changed, 'a.text': 'gouraud', 'a.list': [1.0]})):
+            parameters = [to_parameter(name, value).to_parameter_msg() for name, value in {
+                'wind': [1.0, 1.0 * index, 0.5], **dict(zip(FRAME_NAMES, (7, index, index))),
+                **values}.items()]
+            message = ParameterEvent(node=name, changed_parameters=parameters)
+            message.stamp.nanosec = index
+            assert read_alike(reader, serialize_message(message))
+
+
+def test_numbers_are_found_without_reading_the_whole_message(monkeypatch):
+    """All but the first frame of a sender, although the bytes that pad it are others."""
+    messages = [serialize_message(parameters_message(
+        '/wind', FRAME._replace(index=index), [1.0, 2.0, 3.0], {'physics.gravity': 0.5 * index}))
+        for index in range(45, 50)]
+    reader = FrameReader()
+    reader.read(messages[0])
+    monkeypatch.setattr(frame_message, 'deserialize_message', None)
+    for index, data in enumerate(messages[1:], 46):
+        assert reader.read(data)[2] == {'physics.gravity': 0.5 * index}
+
+
+@given(changes=CHANGES, keyed=st.booleans())
+def test_mutilated_frames_are_read_as_rclpy_reads_them(changes, keyed):
+    """Before and after a good one of the same length."""
+    good = serialize_message(parameters_message(
+        '/wind', FRAME, np.ones(3), {'a.b': 2.5, 'a.c': 'text', 'a.d': [1.0]} if keyed else {}))
+    bad = bytearray(good)
+    for part, byte in changes:
+        bad[4 + int(part * (len(bad) - 4))] = byte
+    reader = FrameReader()
+    for data in (bytes(bad), good, bytes(bad), good, good[:len(good) // 2]):
+        assert read_alike(reader, data)

@@ -20,7 +20,6 @@ from flag_sim.declarations.nodes import NODES
 from flag_sim.protocol.frames import FrameId
 from flag_sim.protocol.throttled_log import MAX_CHARACTERS
 from flag_sim.ros import guard, messages
-from flag_sim.ros.guard import spin_guarded
 from flag_sim.ros.topics import publish
 from flag_sim.tools.graph import Graph
 import numpy as np
@@ -28,11 +27,9 @@ import pytest
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 import rclpy
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter as OwnParameter
 from rclpy.serialization import serialize_message
-from rclpy.task import Future
 from std_msgs.msg import Header
 from support.frames import parameters_message
 from support.nodes import call, made
@@ -103,52 +100,6 @@ def test_a_process_answers_an_unknown_type_and_goes_on(tmp_path, domain):
         assert 'Traceback' not in graph.log('wind')
 
 
-def test_what_a_callback_raises_is_told_once_and_the_next_one_runs(domain, capfd):
-    """With where it was raised, in one short line."""
-    with rclpy.init(domain_id=domain):
-        node, over = Node('raising'), Future()
-        called = []
-
-        def raising():
-            called.append(len(called))
-            if len(called) > 20:
-                over.set_result(0)
-            raise OverflowError(f'number {len(called)}\n' + 'a' * 10_000_000)
-        node.create_timer(0.001, raising)
-        spin_guarded(node, over)
-        node.destroy_node()
-    lines = capfd.readouterr().err.splitlines()
-    assert len(called) == 21
-    assert len(lines) == 1 and len(lines[0]) < MAX_CHARACTERS + 100
-    assert 'a callback failed, the node goes on: OverflowError (test_guard.py:' in lines[0]
-
-
-def test_a_message_that_cannot_be_taken_stops_no_other_callback(domain, capfd, monkeypatch):
-    """Although rclpy leaves its callback, and the group of it, marked as running."""
-    take, failed, called = SingleThreadedExecutor._take_timer, [], []
-
-    def failing(self, timer):
-        if len(failed) < 3:
-            failed.append(timer)
-            timer.handle.call_timer_with_info()
-            raise RuntimeError('cannot take')
-        return take(self, timer)
-    monkeypatch.setattr(SingleThreadedExecutor, '_take_timer', failing)
-    with rclpy.init(domain_id=domain):
-        node, over = Node('taking'), Future()
-
-        def count():
-            called.append(1)
-            if len(called) == 5:
-                over.set_result(0)
-        for _ in range(2):
-            node.create_timer(0.001, count)
-        spin_guarded(node, over)
-        node.destroy_node()
-    assert len(failed) == 3 and len(called) >= 5
-    assert capfd.readouterr().err.count('RuntimeError (test_guard.py') == 1
-
-
 def test_bytes_that_are_no_message_stop_no_node(tmp_path, domain):
     """Sent by the middleware as they are, on all that it hears; the next frame is drawn."""
     draw = random.Random(3)
@@ -174,14 +125,6 @@ def test_bytes_that_are_no_message_stop_no_node(tmp_path, domain):
         assert 'Traceback' not in graph.log('renderer')
         told = [line for line in graph.log('renderer').splitlines() if '[renderer]' in line]
         assert len(told) < 30 and max(map(len, told)) < MAX_CHARACTERS + 100
-
-
-def test_a_context_that_is_shut_down_ends_the_spinning(domain):
-    """It is no fault of a callback."""
-    with rclpy.init(domain_id=domain):
-        node = Node('ending')
-        node.create_timer(0.001, node.context.try_shutdown)
-        spin_guarded(node, Future())
 
 
 class Failing:

@@ -17,10 +17,12 @@ from flag_sim.nodes.physics import Physics
 from flag_sim.protocol.frames import FrameId
 from flag_sim.ros import messages
 from rclpy.parameter import Parameter
+from rclpy.serialization import deserialize_message
+from sensor_msgs.msg import PointCloud2
 from support.frames import parameters_message
+from support.nodes import hear
 
 WIND = (6.0, 2.0, 0.5)
-SENDER = {'publisher_gid': {'data': [0] * 16}}
 
 
 class Bench:
@@ -36,17 +38,15 @@ class Bench:
         publish = self.node.answer
 
         def answer(stamp, cloud):
-            self.clouds.append(cloud)
+            self.clouds.append(deserialize_message(cloud, PointCloud2))
             publish(stamp, cloud)
         self.node.answer = answer
-        self._hear = next(subscription for subscription in self.node.subscriptions
-                          if subscription.topic_name == '/parameters').callback
         self._index = 0
 
     def hear(self, message):
         """Let a message arrive on `parameters`; return the cloud that answers it, or None."""
         before = len(self.clouds)
-        self._hear(message, SENDER)
+        hear(self.node, 'parameters', message)
         return self.clouds[-1] if len(self.clouds) > before else None
 
     def message(self, time, wind=WIND, keyed=None):

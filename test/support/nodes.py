@@ -15,17 +15,39 @@
 """A node of the package in this process, and its services as requests reach them."""
 import contextlib
 import importlib
+from unittest import mock
 
 from flag_sim.ros.bag import Bag
 from rcl_interfaces.msg import ParameterEvent
 import rclpy
+from rclpy.serialization import serialize_message
+
+
+SENDER = {'publisher_gid': {'data': [0] * 16}}
+
+
+@contextlib.contextmanager
+def unguarded(node):
+    """Let what callbacks of a node raise out of them."""
+    def throw(error):
+        raise error
+    with mock.patch.object(node, 'report', throw):
+        yield
 
 
 def call(node, request):
     """Return what a service of a node answers to a request; nothing goes over the network."""
     service = next(service for service in node.services
                    if isinstance(request, service.srv_type.Request))
-    return service.callback(request, service.srv_type.Response())
+    with unguarded(node):
+        return service.callback(request, service.srv_type.Response())
+
+
+def hear(node, topic, message, info=None):
+    """Let a message arrive at a node, as its executor would hand it over."""
+    subscription = next(one for one in node.subscriptions if one.topic_name == f'/{topic}')
+    with unguarded(node):
+        subscription.callback(serialize_message(message), info or SENDER)
 
 
 @contextlib.contextmanager

@@ -102,7 +102,7 @@ def test_a_whole_bag_is_a_success_with_pictures(tmp_path, stops):
     assert re.search(r'\b80 frames at \d+ frames/s. Made:', said)
     with Image.open(tmp_path / 'demo.gif') as animation:
         assert animation.n_frames == 40  # every second one
-    assert (tmp_path / 'demo.png').is_file()
+    assert (tmp_path / 'demo.png').is_file() and (tmp_path / 'demo.mp4').is_file()
 
 
 def test_a_shot_that_fails_says_whose_log_tells_why(tmp_path):

@@ -13,8 +13,9 @@
 # limitations under the License.
 
 """The film of a shot: colours that are near, and times that can be read."""
+import av
 from flag_sim.drawing import Camera, Light, Picture, Style
-from flag_sim.tools.film import write_animation, write_contact_sheet
+from flag_sim.tools.film import write_animation, write_contact_sheet, write_movie
 import numpy as np
 from PIL import Image, ImageSequence
 import pytest
@@ -50,6 +51,21 @@ def test_an_animation_shows_the_colours_of_every_frame(sunrise, tmp_path):
         assert np.all(error[5, 5] == 0)
         assert error.max() <= 16 and error.mean() < 0.5
     assert sum(duration for duration, _ in shown) == 400
+
+
+@pytest.mark.parametrize('rate', [30.0, 59.94])
+def test_a_movie_has_every_frame_at_its_time_and_size(sunrise, tmp_path, rate):
+    """Its colours are near, and odd sides grow by a pixel."""
+    frames = [(7.0 + number / rate, rgb[:299, :399]) for number, (_, rgb) in enumerate(sunrise)]
+    write_movie(frames, tmp_path / 'a.mp4')
+    with av.open(str(tmp_path / 'a.mp4')) as movie:
+        shown = [(float(picture.pts * picture.time_base), picture.to_ndarray(format='rgb24'))
+                 for picture in movie.decode(video=0)]
+    assert [time for time, _ in shown] == pytest.approx(
+        [number / rate for number in range(len(frames))], abs=1e-4)
+    for (_, rgb), (_, picture) in zip(frames, shown):
+        assert picture.shape == (300, 400, 3)
+        assert np.abs(picture[:299, :399].astype(int) - rgb).mean() < 3.0
 
 
 @pytest.mark.parametrize('sky', [(0, 0, 0), (255, 255, 255), (128, 128, 128), (25, 30, 60),
