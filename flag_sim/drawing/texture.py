@@ -89,9 +89,13 @@ class Texture:
 
     @classmethod
     def of_light(cls, linear: np.ndarray) -> 'Texture':
-        """Return one of an image in linear light, (height, width, 3) float32 from 0 to 1."""
+        """
+        Return one of an image in linear light, (height, width, 3) from 0 to 1.
+
+        What is beyond is cut off, for ENCODE knows nothing else; what is no number is 0.
+        """
         texture = cls.__new__(cls)
-        texture._make(linear)
+        texture._make(np.clip(np.nan_to_num(linear), 0.0, 1.0).astype(np.float32))
         return texture
 
     def _make(self, linear):

@@ -292,6 +292,14 @@ def test_several_textures_and_coordinates_beyond_the_edge():
         assert len(shown) > 1000 and (level is None or (shown == level).all())
 
 
+def test_light_beyond_its_range_is_cut_off():
+    odd = np.zeros((4, 6, 3))
+    odd[0], odd[1], odd[2], odd[3] = np.nan, -5.0, 7.0, np.inf
+    texture = Texture.of_light(odd)
+    assert texture.texels.min() == 0.0 and texture.texels.max() == 1.0
+    Picture().draw(wave(), camera=VIEWS['near'], materials=Materials(flag_image=texture))
+
+
 def test_what_is_no_texture_is_refused():
     for image in (np.zeros((3, 3), np.uint8), np.zeros((3, 3, 4), np.uint8), np.zeros((3, 3, 3)),
                   np.zeros((0, 3, 3), np.uint8), np.zeros((1, LARGEST + 1, 3), np.uint8)):
