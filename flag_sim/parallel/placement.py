@@ -49,8 +49,8 @@ def part_from(other: int) -> None:
     Move the calling thread to another processor if it runs on processor `other` and one is free.
 
     Where all are busy it stays: threads that wait for one another on two processors, each shared
-    with others' work, took 1.3 to 1.5 times as long as on one of them. It may run wherever it might
-    before.
+    with others' work, took 1.3 to 1.5 times as long as on one of them. Where it may run does not
+    change.
     """
     if processor() != other:
         return
