@@ -15,6 +15,9 @@
 """
 The study: what accuracy costs on this machine, measured, drawn and written down.
 
+With --real, how near a flag is to real ones: sections/real, and of measures/ realism, published
+and flapping.
+
     __main__   the command `study`                  tune           the command `tune`
     runner     shares the minutes, measures rows    search         its choice
                                                     candidates     what it tries

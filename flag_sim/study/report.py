@@ -50,9 +50,9 @@ def number(value: float | str | None) -> str:
     return f'{value:.3g}' if abs(value) < 1000.0 else f'{value:.0f}'
 
 
-def write(store: Store, sections: list, minutes: float) -> Path:
+def write(store: Store, sections: list, minutes: float, title: str = TITLE) -> Path:
     """Write report.md, on modules of sections, into the store's folder; return its path."""
-    texts, missing = [TITLE], []
+    texts, missing = [title], []
     for section in sections:
         text = section.text(store).strip()
         if not text:
