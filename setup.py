@@ -21,6 +21,7 @@ from setuptools import Distribution, find_packages, setup
 NAME = 'flag_sim'
 EXECUTABLES = {
     **{node: f'nodes.{node}' for node in ('physics', 'player', 'recorder', 'renderer', 'wind')},
+    'dataset': 'dataset.__main__',
     'study': 'study.__main__',
     'tune': 'study.tune',
 }
@@ -115,6 +116,8 @@ setup(
         # The lower bounds leave out CVE-2024-28219 and CVE-2024-34062.
         'pictures': ['av>=12,<19', 'pillow>=10.3,<14', 'tqdm>=4.66.3,<5'],
         'study': ['matplotlib>=3.6,<4', 'pyyaml>=6.0.1,<7'],
+        'dataset': ['distributed>=2024.8,<2027', 'pyarrow>=15,<27', 'pyyaml>=6.0.1,<7',
+                    'tqdm>=4.66.3,<5'],
         # For those whose tests use flag_sim.testing.
         'testing': ['pytest>=7.4,<10'],
         # The linters are ROS's own, with the plugins that their package.xml files ask for.

@@ -78,6 +78,11 @@ class MovingCloth:
         """Return a copy of the nodes' positions: (rows, columns, 3) float64 [m]."""
         return self._cloth.positions
 
+    @property
+    def velocities(self) -> np.ndarray:
+        """Return a copy of the nodes' velocities: (rows, columns, 3) float64 [m/s]."""
+        return self._cloth.velocities
+
     def normals(self) -> np.ndarray:
         """Return the nodes' unit normals: (rows, columns, 3)."""
         return self._cloth.normals()

@@ -125,17 +125,17 @@ def attributes_of(objects: Iterable, scene, names: Iterable, camera: Camera,
         labels = np.repeat(np.array([one.label for one in objects], np.uint8),
                            [len(one.triangles) for one in objects])
     if 'texture_coordinates' in names:
-        coordinates = _joined([one.texture_coordinates for one in objects], objects, 2)
+        coordinates = joined([one.texture_coordinates for one in objects], objects, 2)
     now = before = Sight(scene.projected.view_space, *camera.centre, camera.is_perspective)
     if 'flow' in names:
         then = new_vertices(points)
-        project(_joined([one.before for one in objects], objects, 3),
+        project(joined([one.before for one in objects], objects, 3),
                 view_transform(camera_before), then)
         before = Sight(then.view_space, *camera_before.centre, camera_before.is_perspective)
     return Attributes(unit_normals, labels, coordinates, now, before)
 
 
-def _joined(parts, objects, count):
+def joined(parts: list, objects: Iterable, count: int) -> np.ndarray:
     """Return values of the vertices of all objects, (n, count); nan for those that have none."""
     return np.concatenate([
         np.full((len(one.vertices), count), np.nan) if part is None else part
@@ -250,13 +250,13 @@ def _write_flow(area, visibility, corners, attributes, image):
                 image[row, column] = np.nan
                 continue
             of_vertices = weights_of(weights, row, column)
-            u, v = _on_screen(now, corners, t, of_vertices)
-            last_u, last_v = _on_screen(before, corners, t, of_vertices)
+            u, v = on_screen(now, corners, t, of_vertices)
+            last_u, last_v = on_screen(before, corners, t, of_vertices)
             image[row, column, 0], image[row, column, 1] = last_u - u, last_v - v
 
 
 @late_kernel
-def _on_screen(sight, corners, t, of_vertices):
+def on_screen(sight, corners, t, of_vertices):
     """Return the place on the screen of a point of triangle t; nan behind the eye."""
     a, b, c = corners[t, 0], corners[t, 1], corners[t, 2]
     of_a, of_b, of_c = of_vertices

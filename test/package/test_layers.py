@@ -35,9 +35,10 @@ ROOMS = {
     'declarations': (*LIBRARY, 'animation', 'protocol'),
     'ros': ('animation', 'declarations', 'drawing', 'jit', 'parameters', 'protocol'),
     'nodes': (*LIBRARY, 'animation', 'declarations', 'protocol', 'ros'),
+    'dataset': (*LIBRARY, 'animation', 'declarations', 'protocol', 'ros'),
     'study': (*LIBRARY, 'animation', 'declarations'),
     'testing': ('declarations', 'parameters', 'tools'),
-    'tools': ('cloth', 'drawing', 'parameters', 'protocol'),
+    'tools': ('cloth', 'dataset', 'drawing', 'parameters', 'protocol'),
 }
 """Of every folder of the package, the others that it may import."""
 WITH_ROS = ('ros', 'nodes')

@@ -36,6 +36,8 @@ ROOT = Path(__file__).resolve().parents[2]
 LIBRARIES = {
     'av': (None, 'av'),  # which rosdep does not know: without it no movie is written
     'PIL': ('python3-pil', 'pillow'),
+    'distributed': (None, 'distributed'),  # which rosdep does not know, as pyarrow
+    'pyarrow': (None, 'pyarrow'),
     'catkin_pkg': ('python3-catkin-pkg-modules', 'catkin_pkg'),
     'hypothesis': ('python3-hypothesis', 'hypothesis'),
     'llvmlite': ('python3-numba', 'numba'),  # which is built on it
@@ -127,7 +129,7 @@ def assert_declared(name, depends, setup, extras):
     assert in_pip in [re.match(r'[\w-]+', requirement)[0] for requirement in requirements]
 
 
-EXTRAS = ('ros', 'record', 'pictures', 'study', 'testing')
+EXTRAS = ('ros', 'record', 'pictures', 'study', 'dataset', 'testing')
 
 
 @pytest.mark.parametrize('name', imported())
@@ -141,12 +143,12 @@ def test_import_of_the_tests_is_declared(name, package, setup):
 
 
 def test_every_executable_is_a_module(setup):
-    """Of which test_usage asks all for --help: nodes that have parameters, study and tune."""
-    assert set(NODES) | {'study', 'tune'} == {
+    """Of which test_usage asks all for --help: nodes that have parameters, and the others."""
+    assert set(NODES) | {'dataset', 'study', 'tune'} == {
         command.split()[0] for command in setup['entry_points']['console_scripts']}
     for command in setup['entry_points']['console_scripts']:
-        module = re.fullmatch(r'(\w+) = flag_sim\.(nodes\.\1|study\.(\1|__main__)):main',
-                              command)
+        module = re.fullmatch(
+            r'(\w+) = flag_sim\.(nodes\.\1|dataset\.__main__|study\.(\1|__main__)):main', command)
         assert module, command
         assert (ROOT / 'flag_sim' / f'{module[2].replace(".", "/")}.py').is_file()
 

@@ -1,0 +1,197 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Make a dataset: thousands of clips of flags in the wind, drawn from a recipe."""
+import argparse
+from collections.abc import Iterable, Sequence
+import contextlib
+import importlib.util
+from pathlib import Path
+import sys
+import time
+
+from flag_sim.dataset import engine, manifest
+from flag_sim.dataset.clip import versions
+from flag_sim.dataset.marked_yaml import MarkedError
+from flag_sim.dataset.recipe import MOST_CLIPS, read_recipe, Recipe, TRIED
+from flag_sim.dataset.shot import check, NoClip
+from flag_sim.dataset.store import Shard, Store, StoreError
+from flag_sim.parameters.arguments import given_path
+
+NEEDED = {'yaml': 'pyyaml', 'pyarrow': 'pyarrow', 'tqdm': 'tqdm'}
+SHOWN = 10
+"""How many of the clips that could not be made are shown."""
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Make, or verify, a dataset; return the exit status."""
+    parser, options = _options(args)
+    for module, name in NEEDED.items():
+        if importlib.util.find_spec(module) is None:
+            parser.error(f"a dataset needs {name}: pip install 'flag_sim[dataset]'")
+    try:
+        recipe = read_recipe(options.recipe)
+        _try(recipe)
+    except MarkedError as error:
+        print(error, file=sys.stderr)
+        return 2
+    clips = recipe.clips if options.clips is None else options.clips
+    shard = options.shard or Shard()
+    store = Store(options.output, shard.tag)
+    try:
+        if options.verify:
+            return _verify(store, shard.numbers(clips))
+        with store.opened(recipe, versions()['flag_sim']):
+            return _run(recipe, store, options, shard.numbers(clips))
+    except StoreError as error:
+        print(f'dataset: {error}', file=sys.stderr)
+        return 1
+
+
+def _options(args):
+    parser = argparse.ArgumentParser(
+        prog='dataset', description=__doc__,
+        epilog='A run that was interrupted goes on by the same command.')
+    parser.add_argument('recipe', type=given_path, help='a YAML file, as config/flag_wind.yaml')
+    parser.add_argument('--output', type=given_path, required=True, metavar='DIR',
+                        help="the dataset's folder")
+    parser.add_argument('--clips', type=_count, metavar='N',
+                        help='how many clips (as the recipe says)')
+    parser.add_argument('--shard', type=_shard, metavar='I/N',
+                        help='make the I-th of N parts, in this process alone, without Dask')
+    parser.add_argument('--scheduler', metavar='ADDRESS',
+                        help='of a Dask cluster whose workers see DIR (a process a processor)')
+    parser.add_argument('--verify', action='store_true',
+                        help='make nothing, and compare every clip with its digest')
+    options = parser.parse_args(args)
+    if options.scheduler and options.shard:
+        parser.error('--shard makes its clips without a --scheduler')
+    return parser, options
+
+
+def _count(text):
+    with contextlib.suppress(ValueError):
+        if 1 <= int(text) <= MOST_CLIPS:
+            return int(text)
+    raise argparse.ArgumentTypeError(f'must be a whole number from 1 to {MOST_CLIPS}, not {text}')
+
+
+def _shard(text):
+    with contextlib.suppress(ValueError):
+        number, count = map(int, text.split('/'))
+        if 1 <= number <= count <= MOST_CLIPS:
+            return Shard(number, count)
+    raise argparse.ArgumentTypeError(f'must be I/N with 1 <= I <= N, as 3/100, not {text}')
+
+
+def _try(recipe: Recipe) -> None:
+    """Raise MarkedError where none of the first clips can be made."""
+    for number in range(min(TRIED, recipe.clips)):
+        try:
+            check(recipe.draw(number))
+            return
+        except NoClip as error:
+            reason = error
+    raise MarkedError(f'no clip of this recipe can be made: {reason}')
+
+
+def _run(recipe, store, options, numbers):
+    lacking = [number for number in numbers if _is_lacking(store.row(number))]
+    print(f'{len(numbers) - len(lacking)} of {len(numbers)} clips are there', flush=True)
+    job = engine.Job(recipe.text, str(store.folder.absolute()), store.tag)
+    status = 0
+    try:
+        with contextlib.ExitStack() as stack:
+            if options.shard or not lacking:
+                rows = engine.alone(job, lacking)
+            else:
+                if not options.scheduler:
+                    engine.warm_up(recipe, lacking[0])
+                client = stack.enter_context(engine.cluster(options.scheduler))
+                print(f'Dask dashboard: {client.dashboard_link}', flush=True)
+                rows = engine.on_cluster(client, job, lacking)
+            _follow(rows, len(lacking))
+    except KeyboardInterrupt:
+        print('\ninterrupted; the same command goes on from here', file=sys.stderr)
+        status = 130
+    except OSError as error:
+        print(f'dataset: {store.folder} cannot be written: {error.strerror or error}; what is '
+              'whole is kept, and the same command goes on from here', file=sys.stderr)
+        status = 1
+    return _finish(store, numbers, status)
+
+
+def _is_lacking(row):
+    return row is None or row.get('is_retried', False)
+
+
+def _follow(rows: Iterable[dict], count: int) -> None:
+    """Show how far the clips are."""
+    from tqdm import tqdm
+    begin, frames = time.monotonic(), 0
+    with tqdm(total=count, unit='clip', disable=None) as bar:
+        for row in rows:
+            frames += row['frames']
+            bar.set_postfix_str(f'{frames / max(time.monotonic() - begin, 1e-9):.0f} frames/s',
+                                refresh=False)
+            bar.update()
+    if frames:
+        seconds = time.monotonic() - begin
+        print(f'{frames} frames in {seconds:.1f} s, {frames / seconds:.0f} frames/s')
+
+
+def _finish(store, numbers, status):
+    """Write the manifest, and say what could not be made; return the exit status."""
+    counts, failed, size = {'whole': 0, 'failed': 0}, [], 0
+
+    def counted():
+        nonlocal size
+        for row in manifest.rows_of(store, numbers):
+            counts[row['status']] += 1
+            size += row['bytes']
+            if row['status'] == 'failed' and len(failed) < SHOWN:
+                failed.append(f'clip {row["number"]}: {row["reason"]}')
+            yield row
+
+    manifest.write(store.manifest, counted())
+    print(f'{store.folder}: {counts["whole"]} clips of {size / 1e9:.3g} GB, '
+          f'{counts["failed"]} could not be made, '
+          f'{len(numbers) - sum(counts.values())} are not there yet')
+    for line in failed:
+        print(line, file=sys.stderr)
+    if counts['failed'] > SHOWN:
+        print(f'and {counts["failed"] - SHOWN} more: they are in {store.manifest}',
+              file=sys.stderr)
+    return status or int(not counts['whole'])
+
+
+def _verify(store, numbers):
+    """Compare the clips with their digests; return the exit status."""
+    if not (Path(store.folder) / 'dataset.json').is_file():
+        raise StoreError(f'{store.folder} is no dataset')
+    there = {}
+    for row in manifest.rows_of(store, numbers):
+        there[row['number']] = row['status']
+        for number, what in engine.verify(store, [row]):
+            print(f'clip {number}: {what}', file=sys.stderr)
+            there[number] = 'bad'
+    counts = [list(there.values()).count(word) for word in ('whole', 'failed', 'bad')]
+    missing = len(numbers) - len(there)
+    print('{} clips are whole, {} could not be made, {} are not as they were written, '
+          '{} are not there'.format(*counts, missing))
+    return int(bool(counts[2] or missing))
+
+
+if __name__ == '__main__':
+    sys.exit(main())

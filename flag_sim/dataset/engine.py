@@ -1,0 +1,181 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Who makes the clips: this process alone, or the workers of a Dask cluster.
+
+Only the numbers of clips go to workers, and their rows come back: what is large is written where
+it is made.
+"""
+from collections.abc import Callable, Iterable, Iterator
+import contextlib
+import functools
+import itertools
+import logging
+import os
+from pathlib import Path
+from typing import NamedTuple
+
+from flag_sim.dataset import clip
+from flag_sim.dataset.channels import arrays_of
+from flag_sim.dataset.recipe import Recipe
+from flag_sim.dataset.shot import NoClip
+from flag_sim.dataset.store import Store, StoreError
+
+NO_DASK = "workers need dask: pip install 'flag_sim[dataset]'; or name a --shard"
+DEATHS = 3
+"""How often a clip is begun anew whose workers died; Dask has begun it several times by then."""
+QUEUED = 4
+"""How many clips a worker has waiting, so that it never waits for one."""
+
+
+class Job(NamedTuple):
+    """What a worker needs to know: the recipe's text, and the folder with the run's tag."""
+
+    text: str
+    folder: str
+    tag: str
+
+
+def make(job: Job, number: int) -> dict:
+    """Make a clip of a job, in whatever process; return its row."""
+    return clip.make_clip(clip.cached_recipe(job.text), number, Store(job.folder, job.tag))
+
+
+def broken(job: Job, number: int, reason: str) -> dict:
+    """List a clip that could not be made, for a reason that is not its own; return its row."""
+    recipe, store = clip.cached_recipe(job.text), Store(job.folder, job.tag)
+    drawn = recipe.draw(number)
+    row = {'number': number, 'split': drawn.split, 'status': 'failed', 'reason': reason,
+           'is_retried': True, 'file': '', 'bytes': 0, 'sha256': '', 'frames': 0,
+           'seen_frames': 0, 'softened_frames': 0, 'rate': recipe.rate, 'seed': recipe.seed,
+           'recipe': recipe.digest, 'seconds': 0.0,
+           **{f'version.{name}': version for name, version in clip.versions().items()},
+           'parameters': clip.parameters_of(drawn)}
+    store.put(number, None, '', row)
+    return row
+
+
+def warm_up(recipe: Recipe, number: int = 0) -> None:
+    """Compile what clips need, in this process, so that workers find it compiled."""
+    with contextlib.suppress(NoClip):
+        for view in itertools.islice(clip.views(recipe, recipe.draw(number)), 2):
+            arrays_of(view, recipe.channels)
+
+
+def alone(job: Job, numbers: Iterable[int]) -> Iterator[dict]:
+    """Make clips one after another in this process; yield their rows."""
+    for number in numbers:
+        try:
+            yield make(job, number)
+        except (OSError, MemoryError):
+            raise
+        except Exception as error:  # a fault of ours: the other clips are made all the same
+            yield broken(job, number, f'{type(error).__name__}: {error}')
+
+
+@contextlib.contextmanager
+def cluster(address: str | None, workers: int | None = None) -> Iterator[object]:
+    """
+    Yield a client of the cluster at an address, or of one that is started here.
+
+    workers: of the latter, each a process of one thread; None: one a processor that this process
+    may use. Raises StoreError where there is no Dask, or no scheduler.
+    """
+    try:
+        import distributed
+    except ImportError:
+        raise StoreError(NO_DASK) from None
+    with contextlib.ExitStack() as stack:
+        if address is None:
+            address = stack.enter_context(distributed.LocalCluster(
+                n_workers=workers or len(os.sched_getaffinity(0)), threads_per_worker=1,
+                host='127.0.0.1', dashboard_address='127.0.0.1:0',
+                silence_logs=logging.CRITICAL))
+        try:
+            client = stack.enter_context(distributed.Client(address))
+        except (OSError, ValueError) as error:
+            raise StoreError(f'no scheduler at {address}: {error}') from None
+        yield client
+
+
+def spread(client: object, task: Callable[[int], dict], numbers: Iterable[int],
+           broken: Callable[[int, str], dict]) -> Iterator[dict]:
+    """
+    Have a cluster's workers call task(number) for each number; yield what they return.
+
+    A number whose worker died is begun anew; broken(number, reason) is called for one that fails
+    for another reason than OSError, or dies again and again, and what it returns is yielded.
+    Raises OSError as a worker does: the disk is full, or not the same for all.
+    """
+    import distributed
+    waiting, deaths = iter(numbers), {}
+    by_key = {}
+    done = distributed.as_completed(loop=client.loop)
+
+    def submit(number):
+        future = client.submit(task, number, pure=False)
+        by_key[future.key] = number
+        done.add(future)
+
+    def fill():
+        room = QUEUED * max(sum(client.nthreads().values()), 1) - len(by_key)
+        for number in itertools.islice(waiting, max(room, 0)):
+            submit(number)
+
+    fill()
+    for count, future in enumerate(done):
+        number, error = by_key.pop(future.key), future.exception()
+        if error is None:
+            yield future.result()
+        elif isinstance(error, distributed.KilledWorker):
+            deaths[number] = deaths.get(number, 0) + 1
+            if deaths[number] < DEATHS:
+                submit(number)
+            else:
+                yield broken(number, 'its workers died again and again')
+        elif isinstance(error, OSError):
+            raise error
+        else:
+            yield broken(number, f'{type(error).__name__}: {error}')
+        if count % QUEUED == 0 or not by_key:
+            fill()
+
+
+def on_cluster(client: object, job: Job, numbers: Iterable[int]) -> Iterator[dict]:
+    """Make clips on a cluster whose workers have the job's folder; yield their rows."""
+    return spread(client, functools.partial(make, job), numbers,
+                  functools.partial(broken, job))
+
+
+def verify(store: Store, rows: Iterable[dict]) -> Iterator[tuple[int, str]]:
+    """Yield (number, what is wrong) of the clips whose files are not what their rows say."""
+    for row in rows:
+        if row['status'] == 'whole':
+            try:
+                found = digest_of(store.folder / row['file'])
+            except OSError as error:
+                yield row['number'], f'{row["file"]} cannot be read: {error.strerror}'
+                continue
+            if found != row['sha256']:
+                yield row['number'], f'{row["file"]} is not as it was written'
+
+
+def digest_of(path: Path) -> str:
+    """Return the SHA-256 of a clip: of its file, or of the file of its bag."""
+    import hashlib
+    if path.is_dir():
+        path, = path.glob('*.mcap')
+    with open(path, 'rb') as file:
+        return hashlib.file_digest(file, 'sha256').hexdigest()

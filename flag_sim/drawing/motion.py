@@ -1,0 +1,246 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Motion: where what each pixel sees is in another frame, and whether the camera sees it there.
+
+The surface moves, not the light on it: shadows and highlights have no part in this.
+"""
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from flag_sim.drawing.camera import Camera
+from flag_sim.drawing.channels import joined, on_screen, Sight
+from flag_sim.drawing.geometry import new_vertices, project, view_transform
+from flag_sim.drawing.scene import Object
+from flag_sim.drawing.visibility import Visibility, weights_of
+from flag_sim.jit.kernels import late_inner_kernel, late_kernel
+from flag_sim.parameters import checks
+
+import numpy as np
+
+TILE = 8
+"""Side of the squares in which triangles are looked for [pixel]."""
+NEARER = 1e-6
+"""By which part of its depth a surface must be nearer than a point to hide it."""
+
+
+class Motion(NamedTuple):
+    """
+    What became of the point that a pixel's centre sees in the other frame.
+
+    flow: (height, width, 2) float32, where it is there, minus where it is here [pixel]; nan where
+    nothing is, where that is not known, and behind the eye. is_hidden: (height, width) bool,
+    whether the other frame does not show it there: it is beyond the image or the near plane, or
+    something stands before it; False where nothing is, and where that is not known.
+    """
+
+    flow: np.ndarray
+    is_hidden: np.ndarray
+
+
+def motion(visibility: Visibility, objects: Iterable[Object], camera: Camera,
+           other: Camera) -> Motion:
+    """
+    Return the Motion from a frame to another one, before or after it.
+
+    visibility: of the frame (the channel); objects: it was drawn of, whose `before` is where their
+    vertices are in the other frame; camera, other: of both frames. What is hidden is found in the
+    triangles themselves, at the very point, and not in the pixels of the other frame; a surface
+    hides what is farther by NEARER of its depth. Raises ValueError for what is of another class,
+    and for objects that the frame was not drawn of.
+    """
+    checks.instance('visibility', visibility, Visibility)
+    checks.instance('camera', camera, Camera)
+    checks.instance('other', other, Camera)
+    objects = [checks.instance('each of objects', one, Object) for one in objects]
+    now = _sight(np.concatenate([one.vertices for one in objects]), camera)
+    checks.require(len(now.view_space) == len(visibility.depths), 'objects',
+                   f'of the {len(visibility.depths)} vertices of the frame', len(now.view_space))
+    then = _sight(joined([one.before for one in objects], objects, 3), other)
+    bins = _binned(then, visibility.corners, other)
+    shape = visibility.triangles.shape
+    found = Motion(np.full((*shape, 2), np.nan, np.float32), np.zeros(shape, np.bool_))
+    _follow((visibility.triangles, visibility.weights, visibility.corners), now, then, bins,
+            (float(other.width), float(other.height), other.near), found)
+    return found
+
+
+def _sight(points, camera):
+    vertices = new_vertices(len(points))
+    project(np.ascontiguousarray(points, np.float64), view_transform(camera), vertices)
+    return Sight(vertices.view_space, *map(float, camera.centre), camera.is_perspective)
+
+
+class Bins(NamedTuple):
+    """
+    Which triangles may be seen in each tile of an image.
+
+    bounds: (m, 4) float64, least and greatest u and v of each triangle [pixel]; starts: (tiles +
+    1,) int64, where the triangles of a tile begin in `members`, (n,) int32; columns: of tiles.
+    """
+
+    bounds: np.ndarray
+    starts: np.ndarray
+    members: np.ndarray
+    columns: int
+
+
+def _binned(sight, corners, camera):
+    """Return the Bins of the triangles `corners` in an image."""
+    columns, rows = -(-camera.width // TILE), -(-camera.height // TILE)
+    bounds, starts = np.empty((len(corners), 4)), np.zeros(columns * rows + 1, np.int64)
+    _set_bounds(sight, corners, camera.near, bounds)
+    _count(bounds, columns, rows, starts)
+    np.cumsum(starts, out=starts)
+    members = np.empty(starts[-1], np.int32)
+    _sort_in(bounds, columns, rows, starts[:-1].copy(), members)
+    return Bins(bounds, starts, members, columns)
+
+
+@late_kernel
+def _set_bounds(sight, corners, near, bounds):
+    """Write the bounds of triangles; of those that reach behind the near plane, everything."""
+    points = sight.view_space
+    for t in range(corners.shape[0]):
+        least_u, most_u, least_v, most_v = np.inf, -np.inf, np.inf, -np.inf
+        nearest, farthest = np.inf, -np.inf
+        is_known = True
+        for k in range(3):
+            x, y, z = points[corners[t, k], 0], points[corners[t, k], 1], points[corners[t, k], 2]
+            is_known = is_known and x == x and y == y and z == z
+            scale = 1.0 / z if sight.is_perspective and z > 0.0 else 1.0
+            u, v = sight.centre_u + x * scale, sight.centre_v + y * scale
+            least_u, most_u = min(least_u, u), max(most_u, u)
+            least_v, most_v = min(least_v, v), max(most_v, v)
+            nearest, farthest = min(nearest, z), max(farthest, z)
+        if not is_known or farthest <= near:
+            least_u, most_u, least_v, most_v = np.inf, -np.inf, np.inf, -np.inf
+        elif nearest <= near and sight.is_perspective:
+            least_u, most_u, least_v, most_v = -np.inf, np.inf, -np.inf, np.inf
+        bounds[t, 0], bounds[t, 1] = least_u, most_u
+        bounds[t, 2], bounds[t, 3] = least_v, most_v
+
+
+@late_inner_kernel
+def _tiles(least, most, count):
+    """Return the first tile and the end of those between two coordinates [pixel]."""
+    limit = 1.0 * count * TILE
+    if not least <= most or most < -0.5 or least > limit:
+        return 0, 0
+    first = int(max(least + 0.5, 0.0)) // TILE
+    return first, min(int(min(most + 0.5, limit)) // TILE + 1, count)
+
+
+@late_kernel
+def _count(bounds, columns, rows, starts):
+    """Count the triangles of each tile, one place behind it."""
+    for t in range(bounds.shape[0]):
+        left, right = _tiles(bounds[t, 0], bounds[t, 1], columns)
+        top, bottom = _tiles(bounds[t, 2], bounds[t, 3], rows)
+        for row in range(top, bottom):
+            for column in range(left, right):
+                starts[row * columns + column + 1] += 1
+
+
+@late_kernel
+def _sort_in(bounds, columns, rows, places, members):
+    """Write each triangle where its tiles' next one stands."""
+    for t in range(bounds.shape[0]):
+        left, right = _tiles(bounds[t, 0], bounds[t, 1], columns)
+        top, bottom = _tiles(bounds[t, 2], bounds[t, 3], rows)
+        for row in range(top, bottom):
+            for column in range(left, right):
+                tile = row * columns + column
+                members[places[tile]] = t
+                places[tile] += 1
+
+
+@late_kernel
+def _follow(seen, now, then, bins, image, found):
+    """
+    Write the Motion where something is.
+
+    image: width and height [pixel] and near plane [m] of the other frame.
+    """
+    triangles, weights, corners = seen
+    width, height, near = image
+    for row in range(triangles.shape[0]):
+        for column in range(triangles.shape[1]):
+            t = triangles[row, column]
+            if t < 0:
+                continue
+            of_vertices = weights_of(weights, row, column)
+            u, v = on_screen(now, corners, t, of_vertices)
+            then_u, then_v = on_screen(then, corners, t, of_vertices)
+            found.flow[row, column, 0] = then_u - u
+            found.flow[row, column, 1] = then_v - v
+            z = _depth(then, corners, t, of_vertices)
+            if not z == z:  # the place in the other frame is not known
+                continue
+            found.is_hidden[row, column] = not (
+                z > near and -0.5 <= then_u < width - 0.5 and -0.5 <= then_v < height - 0.5
+            ) or _is_covered(then, corners, bins, t, (then_u, then_v, z - NEARER * abs(z)), near)
+
+
+@late_inner_kernel
+def _depth(sight, corners, t, of_vertices):
+    """Return the depth of a point of triangle t."""
+    of_a, of_b, of_c = of_vertices
+    z = sight.view_space
+    return of_a * z[corners[t, 0], 2] + of_b * z[corners[t, 1], 2] + of_c * z[corners[t, 2], 2]
+
+
+@late_inner_kernel
+def _is_covered(sight, corners, bins, own, point, near):
+    """Return whether another triangle than `own` stands before a point (u, v, depth)."""
+    u, v, depth = point
+    tile = int(v + 0.5) // TILE * bins.columns + int(u + 0.5) // TILE
+    for k in range(bins.starts[tile], bins.starts[tile + 1]):
+        t = bins.members[k]
+        if (t != own and bins.bounds[t, 0] <= u <= bins.bounds[t, 1]
+                and bins.bounds[t, 2] <= v <= bins.bounds[t, 3]):
+            z = _depth_at(sight, corners, t, u - sight.centre_u, v - sight.centre_v)
+            if near < z < depth:
+                return True
+    return False
+
+
+@late_kernel
+def _depth_at(sight, corners, t, x, y):
+    """
+    Return how deep the line of sight through (x, y) [pixel from the centre] meets a triangle.
+
+    nan where it does not. The line's parts by which it passes the edges are determinants of its
+    direction and two vertices: of one sign where it passes within.
+    """
+    points = sight.view_space
+    a, b, c = corners[t, 0], corners[t, 1], corners[t, 2]
+    ax, ay, az = points[a, 0], points[a, 1], points[a, 2]
+    bx, by, bz = points[b, 0], points[b, 1], points[b, 2]
+    cx, cy, cz = points[c, 0], points[c, 1], points[c, 2]
+    if sight.is_perspective:
+        of_a = x * (by * cz - bz * cy) - y * (bx * cz - bz * cx) + (bx * cy - by * cx)
+        of_b = x * (cy * az - cz * ay) - y * (cx * az - cz * ax) + (cx * ay - cy * ax)
+        of_c = x * (ay * bz - az * by) - y * (ax * bz - az * bx) + (ax * by - ay * bx)
+    else:
+        of_a = (bx - x) * (cy - y) - (by - y) * (cx - x)
+        of_b = (cx - x) * (ay - y) - (cy - y) * (ax - x)
+        of_c = (ax - x) * (by - y) - (ay - y) * (bx - x)
+    total = of_a + of_b + of_c
+    is_within = ((of_a >= 0.0 and of_b >= 0.0 and of_c >= 0.0)
+                 or (of_a <= 0.0 and of_b <= 0.0 and of_c <= 0.0))
+    if not is_within or total == 0.0:
+        return np.nan
+    return (of_a * az + of_b * bz + of_c * cz) / total

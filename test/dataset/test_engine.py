@@ -1,0 +1,114 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Workers: one that is killed loses no clip, and the clips are those of one process alone."""
+import functools
+import os
+import signal
+
+from flag_sim.dataset import Clips, engine
+from flag_sim.dataset.__main__ import main
+from flag_sim.dataset.recipe import recipe_of
+from flag_sim.dataset.store import Store, StoreError
+import pytest
+from support.recipes import text
+from support.soak import is_soak
+
+CLIPS, KILLS = (100, 10) if is_soak() else (10, 2)
+LONG = text({'frames: 4': 'frames: 200'})
+
+
+@pytest.fixture(scope='module')
+def client():
+    """Return a client of two workers."""
+    with engine.cluster(None, workers=2) as client:
+        yield client
+
+
+@pytest.fixture
+def job(tmp_path):
+    """Return a Job whose folder is there."""
+    store = Store(tmp_path / 'set')
+    store.making.mkdir(parents=True)
+    return engine.Job(LONG, str(store.folder), '')
+
+
+def digests(rows):
+    return {row['number']: row['sha256'] for row in rows}
+
+
+def test_killed_workers_lose_no_clip(client, job, tmp_path):
+    """By SIGKILL, in the midst of clips; the digests are those of one process."""
+    killed, rows = 0, []
+    for row in engine.on_cluster(client, job, range(CLIPS)):
+        rows.append(row)
+        if killed < KILLS and len(rows) >= (killed + 1) * CLIPS // (KILLS + 1):
+            os.kill(next(iter(client.run(os.getpid).values())), signal.SIGKILL)
+            killed += 1
+    assert killed == KILLS and len(rows) == CLIPS
+    assert {row['status'] for row in rows} == {'whole'}
+    alone = Store(tmp_path / 'alone')
+    alone.making.mkdir(parents=True)
+    others = engine.alone(engine.Job(LONG, str(alone.folder), ''), range(CLIPS))
+    assert digests(rows) == digests(others) and len(digests(rows)) == CLIPS
+
+
+def fail(number):
+    """Be a task whose number says what becomes of it."""
+    if number == 1:
+        os.kill(os.getpid(), signal.SIGKILL)
+    if number == 2:
+        raise ZeroDivisionError('a fault')
+    if number == 3:
+        raise OSError(28, 'No space left on device')
+    return {'number': number}
+
+
+def test_what_no_worker_can_make_is_listed(client, monkeypatch):
+    """One that kills its workers, and one with a fault; a full disk ends the run."""
+    monkeypatch.setattr(engine, 'DEATHS', 1)
+    monkeypatch.setattr(engine, 'QUEUED', 1)
+
+    def broken(number, reason):
+        return {'number': number, 'reason': reason}
+    rows = {row['number']: row.get('reason') for row in engine.spread(
+        client, functools.partial(fail), [0, 1, 2, 4], broken)}
+    assert rows == {0: None, 1: 'its workers died again and again',
+                    2: 'ZeroDivisionError: a fault', 4: None}
+    with pytest.raises(OSError, match='No space'):
+        list(engine.spread(client, fail, [0, 3], broken))
+
+
+def test_the_command_uses_a_cluster_that_is_there(client, tmp_path, capsys):
+    (tmp_path / 'mine.yaml').write_text(text())
+    arguments = [str(tmp_path / 'mine.yaml'), '--output', str(tmp_path / 'set')]
+    assert main([*arguments, '--scheduler', client.scheduler.address]) == 0
+    assert 'Dask dashboard: http' in capsys.readouterr().out
+    assert len(Clips(tmp_path / 'set')) == 3
+
+
+def test_no_scheduler_is_said_to_be_none(tmp_path, capsys, monkeypatch):
+    with pytest.raises(StoreError, match='no scheduler at nothing://here'):
+        with engine.cluster('nothing://here'):
+            pass
+
+
+def test_what_clips_need_is_compiled_before_workers_begin(monkeypatch):
+    """Two frames of a clip, with every channel; one that cannot be made is no matter."""
+    made = []
+    monkeypatch.setattr(engine, 'arrays_of', lambda view, names: made.append(names))
+    engine.warm_up(recipe_of(text()))
+    assert made == [('vertices', 'wind')] * 2
+    engine.warm_up(recipe_of(text(more='  physics.max_gap: 0.0\n')))
+    assert len(made) == 3
