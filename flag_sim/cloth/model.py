@@ -24,7 +24,9 @@ from flag_sim.cloth.material import Material
 from flag_sim.cloth.mesh import Mesh
 from flag_sim.cloth.records import Sheet
 from flag_sim.cloth.springs import dashpot_constants, spring_constants, Springs
+from flag_sim.cloth.turning import Turn
 from flag_sim.parameters.closed import constant
+import numpy as np
 
 
 @constant
@@ -61,15 +63,29 @@ class Model:
         self.spring_rest = (mesh.dx, mesh.dy, math.hypot(mesh.dx, mesh.dy))
         self.bend = tuple(stiffness_factor * b for b in bend)
 
-    def coefficients(self, forcing: Forcing, order: int) -> Coefficients:
-        """Return the numbers that kernels need under a forcing; order: see Wind."""
+    def coefficients(self, forcing: Forcing, order: int, dt: float = 0.0) -> Coefficients:
+        """Return the numbers that kernels need for steps of dt [s]; order: see Wind."""
         number = self.mesh.number
         drag = forcing.air.drag
         drag_rate = drag / (0.5 * self.cell_mass)
-        wind = Wind(number(tuple(forcing.wind)), number(drag), number(drag_rate),
-                    DRAG_LAWS[forcing.air.law], order)
+        wind = Wind(number(_wind_at_origin(forcing)), number(drag), number(drag_rate),
+                    DRAG_LAWS[forcing.air.law], order, number(_wind_spin(forcing)))
         springs = Springs(number(self.spring_k), number(self.spring_c), number(self.spring_rest))
         return Coefficients(
-            springs, number(self.bend), number(forcing.gravity), wind,
+            springs, number(self.bend), number(tuple(forcing.gravity * up for up in forcing.up)),
+            wind,
             number(self.material.node_damping),
-            Limits.of(self.mesh, forcing.pole, forcing.stretch_limit))
+            Limits.of(self.mesh, forcing.pole, forcing.stretch_limit,
+                      Turn.of(self.mesh, forcing.spin, forcing.lever, dt)))
+
+
+def _wind_spin(forcing):
+    """Return the spin [rad/s] of what faces feel the wind against; the law of seed knows none."""
+    return (0.0, 0.0, 0.0) if forcing.air.law == 'seed' else forcing.spin
+
+
+def _wind_at_origin(forcing):
+    """Return the wind [m/s] as what turns with the pole feels it where positions begin."""
+    if not any(_wind_spin(forcing)):
+        return tuple(forcing.wind)
+    return tuple((np.asarray(forcing.wind) - np.cross(forcing.spin, forcing.lever)).tolist())

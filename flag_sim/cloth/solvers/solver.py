@@ -145,7 +145,7 @@ class Solver(abc.ABC):
         barrier = new_barrier(threads)
         work = self._work._replace(barrier=barrier)
         work.contact.brought_back[...] = 0.0
-        coefficients = model.coefficients(forcing, self.drag_order)
+        coefficients = model.coefficients(forcing, self.drag_order, dt)
         scratch, steps = self.scratch_from(state), Steps(model.mesh.number(dt), count)
 
         def take(number, threads):
