@@ -39,15 +39,14 @@ class Limits(NamedTuple):
     turn: Turn         # of the pole in a step
 
     @classmethod
-    def of(cls, mesh: Mesh, pole: Vector, stretch_limit: float,
-           turn: Turn | None = None) -> 'Limits':
+    def of(cls, mesh: Mesh, pole: Vector, stretch_limit: float) -> 'Limits':
         """
         Return the limits of a mesh, in its numbers.
 
         pole: x, y and radius [m]; NO_POLE where there is none. It is taken to be thicker by some
         units in the last place of the cloth's extent, so that what is rounded is still outside.
         stretch_limit: no node of a pinned mesh may get farther from the beginning of its row than
-        1 + stretch_limit times its distance at rest. turn: of the pole in a step, or None.
+        1 + stretch_limit times its distance at rest. The pole does not turn.
         """
         x, y, radius = pole
         extent = mesh.length + mesh.width + radius + math.hypot(x, y)
@@ -57,7 +56,7 @@ class Limits(NamedTuple):
         reach = (1.0 + stretch_limit) * mesh.dx if mesh.pinned else math.inf
         return cls(mesh.number((x, y, radius)), mesh.number(rounding), mesh.number(reach),
                    mesh.weights.cell, mesh.free, np.uint64(mesh.columns), np.uint64(mesh.first),
-                   turn or Turn.none(mesh.precision))
+                   Turn.none(mesh.precision))
 
 
 @lean_inner_kernel

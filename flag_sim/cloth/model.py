@@ -24,7 +24,6 @@ from flag_sim.cloth.material import Material
 from flag_sim.cloth.mesh import Mesh
 from flag_sim.cloth.records import Sheet
 from flag_sim.cloth.springs import dashpot_constants, spring_constants, Springs
-from flag_sim.cloth.turning import Turn
 from flag_sim.parameters.closed import constant
 import numpy as np
 
@@ -63,8 +62,8 @@ class Model:
         self.spring_rest = (mesh.dx, mesh.dy, math.hypot(mesh.dx, mesh.dy))
         self.bend = tuple(stiffness_factor * b for b in bend)
 
-    def coefficients(self, forcing: Forcing, order: int, dt: float = 0.0) -> Coefficients:
-        """Return the numbers that kernels need for steps of dt [s]; order: see Wind."""
+    def coefficients(self, forcing: Forcing, order: int) -> Coefficients:
+        """Return the numbers that kernels need under a forcing; order: see Wind."""
         number = self.mesh.number
         drag = forcing.air.drag
         drag_rate = drag / (0.5 * self.cell_mass)
@@ -75,8 +74,7 @@ class Model:
             springs, number(self.bend), number(tuple(forcing.gravity * up for up in forcing.up)),
             wind,
             number(self.material.node_damping),
-            Limits.of(self.mesh, forcing.pole, forcing.stretch_limit,
-                      Turn.of(self.mesh, forcing.spin, forcing.lever, dt)))
+            Limits.of(self.mesh, forcing.pole, forcing.stretch_limit))
 
 
 def _wind_spin(forcing):

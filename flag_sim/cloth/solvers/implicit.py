@@ -187,7 +187,7 @@ def _take_steps(nodes, nodes_out, sheet, coefficients, work, scratch, steps, ban
         _keep_momentum(position, velocity_out, scratch, system, band)
         set_sum(position, dt, velocity_out, position_out, band)
         # The pole, and the attachment to the hoist.
-        collide(position, nodes_out, coefficients.limits, work.contact, band)
+        collide(nodes, nodes_out, coefficients.limits, work.contact, band)
         nodes, nodes_out = nodes_out, nodes
 
 

@@ -59,7 +59,7 @@ def _take_steps(nodes, nodes_out, sheet, coefficients, work, moves, steps, band)
         # The motion that follows from them (eqs. 1.5 to 1.10).
         _update(start, work.force, sheet.inverse_mass, end, dt, mu, band)
         # The pole, and the attachment to the hoist.
-        collide(start.position, end, limits, work.contact, band)
+        collide(start, end, limits, work.contact, band)
         wait(work.barrier)
         start, end = end, start
         nodes, nodes_out = nodes_out, nodes

@@ -100,7 +100,7 @@ def _take_steps(nodes, nodes_out, sheet, coefficients, work, scratch, steps, ban
         else:
             _move(nodes, nodes_out, tensions, None, None, sheet, factors, band)
         # The pole, and the attachment to the hoist.
-        collide(nodes.position, nodes_out, coefficients.limits, work.contact, band)
+        collide(nodes, nodes_out, coefficients.limits, work.contact, band)
         wait(work.barrier)
         nodes, nodes_out = nodes_out, nodes
 

@@ -182,7 +182,7 @@ def _take_steps(nodes, nodes_out, sheet, coefficients, work, scratch, steps, ban
         set_best(nodes.position, body, sheet.weights, bend_h2, families, scratch, band)
         _advance(nodes.position, predicted, nodes_out, dt, band)
         # The pole, and the attachment to the hoist.
-        collide(nodes.position, nodes_out, coefficients.limits, work.contact, band)
+        collide(nodes, nodes_out, coefficients.limits, work.contact, band)
         nodes, nodes_out = nodes_out, nodes
 
 
