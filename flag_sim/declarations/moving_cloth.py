@@ -17,7 +17,8 @@ from collections.abc import Callable, Mapping
 import math
 
 from flag_sim.cloth import energy
-from flag_sim.cloth.simulation import Cloth, Diverged
+from flag_sim.cloth.divergence import Diverged
+from flag_sim.cloth.simulation import Cloth
 from flag_sim.cloth.strain import greatest_strain
 from flag_sim.declarations.factories import (
     air_of, cloth_of, hang_of, material_of, pole_of, stepping_of)
