@@ -22,6 +22,7 @@ import subprocess
 import sys
 
 import pytest
+from support.soak import SOAK
 from support.study import SMALL
 
 BENCHMARKS = Path(__file__).resolve().parents[1] / 'benchmark'
@@ -30,6 +31,8 @@ SHORT = {'animation': ['--quick'], 'cloth': ['--rounds', '1'],
          'compiling': ['--what', 'normals'], 'drawing': ['--rounds', '1'],
          'frame_time': ['--frames', '20', '--runs', '1'], 'growth': ['--quick'],
          'pipeline': ['--quick']}
+LONG = {'cloth', 'frame_time', 'pipeline'}
+"""Those that take tens of seconds in any form: they start all nodes, or compile many methods."""
 PEERS = {'cloth': {'taichi': 'Taichi', 'newton': 'Newton, springs', 'mujoco': 'MuJoCo flex'},
          'drawing': {'moderngl': 'llvmpipe', 'panda3d': 'Panda3D', 'cv2': 'OpenCV'}}
 
@@ -40,7 +43,10 @@ def test_every_benchmark_is_tried_here():
     assert programs == {*SHORT, 'tuning'}
 
 
-@pytest.mark.parametrize('name', sorted(SHORT))
+@pytest.mark.parametrize('name', [
+    pytest.param(name, marks=pytest.mark.skipif(name in LONG and not SOAK,
+                                                reason='make soak runs it'))
+    for name in sorted(SHORT)])
 def test_a_benchmark_runs(tmp_path, name):
     """It ends, prints its table, writes its file, and names the programs that are not there."""
     out = tmp_path / 'new' / 'out.json'
