@@ -10,8 +10,8 @@ SOAK_MINUTES ?= 120
 # comes as wheels from PyPI. The stamp tells the two apart: sourcing ROS later makes .venv anew.
 ROS := $(shell $(PYTHON) -S -c 'from importlib.util import find_spec as f; \
 	print("sourced" if f("rclpy") else "wheels")' 2>/dev/null)
-EXTRAS_wheels = ros,record,pictures,study,test
-EXTRAS_sourced = record,pictures,study,test
+EXTRAS_wheels = ros,record,pictures,study,viewer,test
+EXTRAS_sourced = record,pictures,study,viewer,test
 VENV_sourced = --system-site-packages
 READY = .venv/ready-$(ROS)
 

@@ -20,7 +20,8 @@ from setuptools import Distribution, find_packages, setup
 
 NAME = 'flag_sim'
 EXECUTABLES = {
-    **{node: f'nodes.{node}' for node in ('physics', 'player', 'recorder', 'renderer', 'wind')},
+    **{node: f'nodes.{node}'
+       for node in ('physics', 'player', 'recorder', 'renderer', 'viewer', 'wind')},
     'study': 'study.__main__',
     'tune': 'study.tune',
 }
@@ -114,6 +115,8 @@ setup(
         # The lower bounds leave out CVE-2024-28219 and CVE-2024-34062.
         'pictures': ['av>=12,<19', 'pillow>=10.3,<14', 'tqdm>=4.66.3,<5'],
         'study': ['matplotlib>=3.6,<4', 'pyyaml>=6.0.1,<7'],
+        # The window; qtpy takes PyQt5 as well, which ROS installations have.
+        'viewer': ['qtpy>=2.4,<3', 'PySide6-Essentials>=6.6,<7', 'pyyaml>=6.0.1,<7'],
         # For those whose tests use flag_sim.testing.
         'testing': ['pytest>=7.4,<10'],
         # The linters are ROS's own, with the plugins that their package.xml files ask for.
