@@ -63,6 +63,7 @@ class Viewer(ParameterNode):
         self.create_subscription(ParameterEvent, '/parameter_events', self._on_event,
                                  qos_profile_parameter_events)
         self.create_timer(LOOK_PERIOD, self._look)
+        self._asked = self.create_guard_condition(self.guarded(self._serve))
         self.exchange.wake_ros = self._wake
 
     # What comes.
@@ -115,8 +116,10 @@ class Viewer(ParameterNode):
 
     def _wake(self):
         """Let the thread that runs this node look for what the window asks."""
-        defer = self.defer
-        if defer is not None:  # else the timer does
+        defer = self.defer  # of the EventsExecutor, which does not see guard conditions
+        if defer is None:
+            self._asked.trigger()
+        else:
             defer(self.guarded(self._serve))
 
     def _serve(self):
@@ -136,6 +139,7 @@ class Viewer(ParameterNode):
 
     def close(self) -> None:
         """Log where the time went."""
+        self.exchange.wake_ros = None
         self.get_logger().info(f'{self._stopwatch.summary()}; {self.exchange.left_out} pictures '
                                'were left out, as the window was busy')
 
@@ -173,14 +177,14 @@ def spin_with_window(node: Viewer, until: Future) -> None:
 def why_no_window() -> str:
     """Return in words why there can be no window, or ''."""
     try:
-        from flag_sim.viewer.application import why_no_display
+        from flag_sim.viewer.application import why_no_display, why_unsound
     except ImportError as error:
         return NO_QT.format(reason=error)
     except Exception as error:  # qtpy's own, where it finds no binding
         if type(error).__module__.partition('.')[0] != 'qtpy':
             raise
         return NO_QT.format(reason=error)
-    return why_no_display()
+    return why_unsound() or why_no_display()
 
 
 def main(args: Sequence[str] | None = None) -> int:

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Wind, physics, renderer and the viewer's window, all on this host, until the window is closed."""
+"""Wind, physics, renderer and the viewer's window, on this host, until the window is closed."""
 import argparse
 from collections.abc import Sequence
 from pathlib import Path

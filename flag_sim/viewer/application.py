@@ -21,15 +21,35 @@ import traceback
 
 from flag_sim.viewer.exchange import Exchange
 from flag_sim.viewer.window import Window
-from qtpy.QtCore import QObject, QTimer, Signal
+import qtpy
+from qtpy import API_NAME
+from qtpy.QtCore import QCoreApplication, QObject, QTimer, Signal
 from qtpy.QtWidgets import QApplication
 
 TRIAL = 'from qtpy.QtWidgets import QApplication; QApplication([])'
 NEEDS_NO_DISPLAY = ('offscreen', 'minimal', 'vnc', 'linuxfb', 'eglfs')
+CALLS = 100
+"""Of Qt, after which it is seen whether they lose references."""
 TRIAL_TIMEOUT = 30.0
 """How long Qt may take to open the display [s]."""
 SCREENSHOT_FRAMES = 60
 """After so many pictures the window is saved: counters and states are there by then."""
+
+
+def why_unsound() -> str:
+    """
+    Return in words why Qt's binding would end this process sooner or later, or ''.
+
+    That of PySide6 6.12 takes None to be immortal, which it is from Python 3.12 on; with an older
+    one every call loses a reference to it, and where none is left Python ends.
+    """
+    before = sys.getrefcount(None)
+    for _ in range(CALLS):
+        QCoreApplication.processEvents()
+    if sys.getrefcount(None) > before - CALLS // 2:
+        return ''
+    return (f'{API_NAME} {qtpy.PYSIDE_VERSION or qtpy.PYQT_VERSION} does not work with this '
+            "Python; install another one: pip install 'PySide6-Essentials<6.12'")
 
 
 def why_no_display() -> str:

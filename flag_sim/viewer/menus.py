@@ -16,12 +16,16 @@
 from pathlib import Path
 
 from flag_sim.viewer import shot_files
+from flag_sim.viewer.field import Field
 from qtpy.QtGui import QKeySequence
-from qtpy.QtWidgets import QAction, QFileDialog, QMainWindow, QMenu, QMessageBox
+from qtpy.QtWidgets import QAction, QApplication, QFileDialog, QMainWindow, QMenu, QMessageBox
 
 KEYS = """\
 On the picture: W A S D shift it, + and - (or the wheel) bring it nearer and farther, Shift with
 the arrows (or a drag with the right button) turns it, Home (or a double click) resets it.
+
+On the timeline: the arrows choose a key, Alt with the arrows moves it, Insert or Ctrl+I adds one
+at the playhead, Delete or Ctrl+Delete deletes it; the fields above set its time, value and law.
 
 Tab goes from one field to the next; the arrows change numbers and sliders; Ctrl+1, 2, 3 lead to
 the picture, the search for parameters and the timeline."""
@@ -57,9 +61,18 @@ def fill(window: QMainWindow) -> None:
     add(play, '&Run or pause', window.toggle, 'F5')
     add(play, '&Step', lambda: window.model.publish('step'), 'F6')
     add(play, 'Restore the &flag', lambda: window.model.publish('reset'), 'F7')
+    keys = bar.addMenu('&Keys')
+    line = window.timeline
+    add(keys, '&Undo', line.model.undo, 'Ctrl+Z')
+    add(keys, '&Redo', line.model.redo, 'Ctrl+Shift+Z')
+    add(keys, '&Add a key at the playhead', line.add, 'Ctrl+I')
+    add(keys, '&Key the parameter whose field is in use', lambda: _key(window), 'Ctrl+K')
+    add(keys, '&Delete the selected key', line.delete, 'Ctrl+Del')
+    add(keys, 'Delete its &track', line.delete_track, 'Ctrl+Shift+Del')
     go = bar.addMenu('&Go')
     add(go, 'To the &picture', window.view.setFocus, 'Ctrl+1')
     add(go, 'To the search for p&arameters', _all_selected(window), 'Ctrl+2')
+    add(go, 'To the &timeline', window.timeline.rows.setFocus, 'Ctrl+3')
     add(go, '&Search', _all_selected(window), 'Ctrl+F')
     about = bar.addMenu('&Help')
     add(about, '&Keys and mouse', lambda: QMessageBox.information(window, 'Keys', KEYS), 'F1')
@@ -70,6 +83,16 @@ def _all_selected(window):
         window.panel.search.setFocus()
         window.panel.search.selectAll()
     return go
+
+
+def _key(window):
+    widget = QApplication.focusWidget()
+    while widget is not None and not isinstance(widget, Field):
+        widget = widget.parentWidget()
+    if widget is None:
+        window.say('first go to the field of the parameter that is to be keyed')
+    else:
+        window.timeline.key_parameter(widget.role, widget.name)
 
 
 def _load(window):

@@ -38,7 +38,11 @@ def to_image(picture: ImageBytes) -> tuple[QImage | None, str]:
     if picture.step < picture.width * size:
         return None, (f'The images have rows of {picture.step} bytes, too few for {picture.width} '
                       f'pixels of {picture.encoding}.')
-    image = QImage(bytes(picture.pixels), picture.width, picture.height, picture.step, kind)
+    pixels, step = bytes(picture.pixels), picture.step
+    if step % size and size == 4:  # Qt reads such pixels as whole words
+        pixels, step = b''.join(pixels[row:row + picture.width * size] for row in range(
+            0, len(pixels), step)), picture.width * size
+    image = QImage(pixels, picture.width, picture.height, step, kind)
     # 32 bits a pixel is what Qt draws fastest, and a copy that needs no foreign bytes.
     image = image.convertToFormat(QImage.Format_RGB32)
     return (image.rgbSwapped() if picture.encoding == 'bgr8' else image), ''

@@ -33,12 +33,13 @@ def why_still(model: GraphModel, seconds: float) -> str:
     # A bag of vertices is drawn without a wind.
     if 'renderer' in lacking or lacking == ['physics'] or lacking == ['wind', 'physics']:
         role = lacking[-1] if 'renderer' in lacking else 'physics'
-        return (f'Nobody publishes {TOPICS[role]}. To start the node that does:\n'
-                f'ros2 run flag_sim {role}')
+        return (f'Nobody publishes {TOPICS[role]}. A first start compiles for some seconds.\n'
+                f'To start the node that does: ros2 run flag_sim {role}')
     if model.value('wind', 'paused') is True:
         return 'The wind is paused. Run, or step to the next frame.'
     if 'wind' in lacking:
-        return 'Nobody publishes parameters. To start the node that does:\nros2 run flag_sim wind'
+        return ('Nobody publishes parameters. To start the node that does: '
+                'ros2 run flag_sim wind')
     for role in ROLES:
         report = model.report(role)
         if report is not None and not report.is_ok:

@@ -41,13 +41,15 @@ def read_sections(path: Path) -> dict[str, dict]:
             if name == PARAMETERS:
                 sections.setdefault(key, {}).update(_flat(inside))
             elif isinstance(inside, dict):
-                walk(f'{key}/{name}' if key else name, inside)
-    walk('', yaml.safe_load(Path(path).read_text()))
+                walk(f'{key}/{name}' if key else f'{name}', inside)
+    walk('', yaml.safe_load(Path(path).read_text()) or {})
     return sections
 
 
 def _flat(content, before=''):
     flat = {}
+    if not isinstance(content or {}, dict):
+        raise ValueError(f'{PARAMETERS} holds something else than names and values')
     for name, value in (content or {}).items():
         if isinstance(value, dict):
             flat.update(_flat(value, f'{before}{name}.'))

@@ -26,11 +26,14 @@ from flag_sim.viewer.hands import Hands
 from flag_sim.viewer.panel import Panel
 from flag_sim.viewer.picture_view import PictureView, to_image
 from flag_sim.viewer.reasons import why_still
+from flag_sim.viewer.timeline_panel import TimelinePanel
 from qtpy.QtCore import Qt, QTimer
 from qtpy.QtWidgets import QLabel, QMainWindow, QSplitter, QVBoxLayout, QWidget
 
 TICK = 250
 """How often the words are brought up to date [ms]: more often nobody reads them."""
+PLAYHEAD_TICK = 50
+"""How often the playhead moves [ms]."""
 PATIENCE = 1.0
 """After how long without a picture the reason is told [s]."""
 SAID = 10_000
@@ -60,7 +63,7 @@ class Window(QMainWindow):
             label.setTextInteractionFlags(Qt.TextSelectableByMouse)
         left = QWidget()
         column = QVBoxLayout(left)
-        column.setContentsMargins(0, 0, 0, 0)
+        column.setContentsMargins(6, 6, 0, 0)
         column.addWidget(self.view, 1)
         column.addWidget(self._frames)
         column.addWidget(self._compute)
@@ -69,7 +72,14 @@ class Window(QMainWindow):
         top.addWidget(self.panel)
         top.setStretchFactor(0, 1)
         top.setStretchFactor(1, 0)
-        self.setCentralWidget(top)
+        self.timeline = TimelinePanel(self.model, self.say)
+        whole = QSplitter(Qt.Vertical)
+        whole.addWidget(top)
+        whole.addWidget(self.timeline)
+        whole.setStretchFactor(0, 1)
+        whole.setStretchFactor(1, 0)
+        self.setCentralWidget(whole)
+        self.panel.key_asked.connect(self.timeline.key_parameter)
         self.panel.restore.connect(lambda: self.model.publish('reset'))
         self.panel.step.connect(lambda: self.model.publish('step'))
         self.panel.toggle.connect(self.toggle)
@@ -79,6 +89,9 @@ class Window(QMainWindow):
         self._timer = QTimer(self)
         self._timer.timeout.connect(self._tick)
         self._timer.start(TICK)
+        self._play_timer = QTimer(self)
+        self._play_timer.timeout.connect(self._show_time)
+        self._play_timer.start(PLAYHEAD_TICK)
         self.view.setFocus()
         self.resize(1180, 860)
         top.setSizes([660, 520])
@@ -114,6 +127,10 @@ class Window(QMainWindow):
         rate = self.model.value('wind', 'rate') or 30.0
         if self.counter.last is None or still > max(PATIENCE, 3.0 / rate):
             self.view.set_reason(self._unshown or why_still(self.model, still))
+
+    def _show_time(self):
+        self.timeline.show_time(self.timeline.model.playhead(
+            self.counter.stamp, self.counter.place))
 
     # What its user asks.
 

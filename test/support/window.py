@@ -75,6 +75,12 @@ class Desk:
             Parameter(key.replace('__', '.'), value=value) for key, value in values.items()])
         assert all(result.successful for result in results), results
 
+    def put_all(self, name, values):
+        """Set parameters {name: value} of a node together, as another client would."""
+        result = self.nodes[name].set_parameters_atomically([
+            Parameter(key, value=value) for key, value in values.items()])
+        assert result.successful, result
+
     def value(self, name, parameter):
         """Return what a node itself has as a parameter's value."""
         return self.nodes[name].values.get(parameter)
