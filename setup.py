@@ -76,7 +76,7 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', ['resource/' + NAME]),
         ('share/' + NAME, ['package.xml']),
-        ('share/' + NAME + '/config', sorted(glob('config/*.yaml') + glob('config/*.xml'))),
+        ('share/' + NAME + '/config', sorted(glob('config/*'))),
     ],
     cmdclass={'install_data': InstallData},
     entry_points={

@@ -16,6 +16,6 @@
 from flag_sim.parameters.declaration import Declaration
 
 VIEWER = (
-    Declaration('screenshot', '', 'PNG that is made of the window once it has shown two seconds '
-                'of pictures; then the viewer ends', fixed=True),
+    Declaration('screenshot', '', 'PNG that is made of the window once it has shown ninety '
+                'pictures; then the viewer ends', fixed=True),
 )

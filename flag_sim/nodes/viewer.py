@@ -24,7 +24,7 @@ from flag_sim.ros.lifecycle import run
 from flag_sim.ros.parameter_node import ParameterNode
 from flag_sim.ros.remote_node import RemoteNode
 from flag_sim.ros.roles import players
-from flag_sim.ros.spinning import spin_guarded
+from flag_sim.ros.spinning import spin_guarded, why_no_events
 from flag_sim.ros.topics import publish, subscribe
 from flag_sim.viewer.exchange import Answered, Changed, Described, Exchange, Found, FramePlace
 from flag_sim.viewer.exchange import Publish, Reported
@@ -63,7 +63,9 @@ class Viewer(ParameterNode):
         self.create_subscription(ParameterEvent, '/parameter_events', self._on_event,
                                  qos_profile_parameter_events)
         self.create_timer(LOOK_PERIOD, self._look)
-        self._asked = self.create_guard_condition(self.guarded(self._serve))
+        # An EventsExecutor refuses these; what it has in their place is `defer`.
+        self._asked = (self.create_guard_condition(self.guarded(self._serve))
+                       if why_no_events() else None)
         self.exchange.wake_ros = self._wake
 
     # What comes.
@@ -116,11 +118,11 @@ class Viewer(ParameterNode):
 
     def _wake(self):
         """Let the thread that runs this node look for what the window asks."""
-        defer = self.defer  # of the EventsExecutor, which does not see guard conditions
-        if defer is None:
-            self._asked.trigger()
-        else:
+        defer = self.defer
+        if defer is not None:
             defer(self.guarded(self._serve))
+        elif self._asked is not None:
+            self._asked.trigger()
 
     def _serve(self):
         for request in self.exchange.requests():

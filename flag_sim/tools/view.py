@@ -14,7 +14,7 @@
 
 """Wind, physics, renderer and the viewer's window, on this host, until the window is closed."""
 import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 import signal
 import sys
@@ -32,8 +32,14 @@ LIVE = ('pace:=realtime', 'frames:=0', 'loop:=true', 'wait_for:=[renderer]')
 """What holds of the wind instead of what a shot says: it is looked at, not filmed."""
 
 
-def show(shot: Path, screenshot: Path | None, logs: Path) -> int:
-    """Start all nodes with a params file; return the viewer's status once its window is closed."""
+def show(shot: Path, screenshot: Path | None, logs: Path,
+         is_stopped: Callable[[], bool]) -> int:
+    """
+    Start all nodes with a params file; return the viewer's status once its window is closed.
+
+    screenshot: PNG to be made, or None; logs: folder of the nodes' logs; is_stopped(): whether
+    all is to end before.
+    """
     given = '--params-file', str(shot)
     with Graph(logs) as graph:
         graph.start('physics', *given)
@@ -45,14 +51,14 @@ def show(shot: Path, screenshot: Path | None, logs: Path) -> int:
               f'export ROS_DOMAIN_ID={graph.domain} ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST',
               flush=True)
         told = set()
-        while viewer.poll() is None:
+        while viewer.poll() is None and not is_stopped():
             for name in {*graph.failed()} - told:  # the window stays, and says what it lacks
                 print(f'--- {name} has ended; it said:\n{graph.log(name)}', file=sys.stderr)
                 told.add(name)
             time.sleep(POLL_PERIOD)
-        if viewer.returncode:
+        if viewer.poll():
             print(graph.log('viewer'), file=sys.stderr)
-        return viewer.returncode
+        return viewer.poll() or 0
 
 
 def main(args: Sequence[str] | None = None) -> int:
@@ -67,13 +73,12 @@ def main(args: Sequence[str] | None = None) -> int:
         shot = config_path(f'{options.shot}.yaml')
     except FileNotFoundError as error:
         parser.error(str(error))
-    # By either signal the nodes are ended, too.
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
+    signals = []  # noted only: what they would raise could come while a process is started
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *one: signals.append(one))
     with tempfile.TemporaryDirectory(prefix='flag_sim-view-') as logs:
         try:
-            return show(shot, options.screenshot, Path(logs))
-        except KeyboardInterrupt:
-            return 0
+            return show(shot, options.screenshot, Path(logs), lambda: bool(signals))
         except NoDomain as error:
             print(error, file=sys.stderr)
             return 1

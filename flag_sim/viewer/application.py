@@ -32,7 +32,7 @@ CALLS = 100
 """Of Qt, after which it is seen whether they lose references."""
 TRIAL_TIMEOUT = 30.0
 """How long Qt may take to open the display [s]."""
-SCREENSHOT_FRAMES = 60
+SCREENSHOT_FRAMES = 90
 """After so many pictures the window is saved: counters and states are there by then."""
 
 

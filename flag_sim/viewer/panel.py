@@ -148,11 +148,14 @@ class Panel(QWidget):
     # What the model tells.
 
     def _show_nodes(self):
+        is_first = not self._sections
         for role in ROLES:
             # A player plays several roles; it is shown as the first of them.
             node = self._model.nodes.get(role)
             if self._model.is_known(role) and self._model.role_of(node) == role:
                 self._show_groups(role)
+        if is_first and self._sections:  # so that it is seen what the others hold
+            next(iter(self._sections.values()))[1].unfold(True)
         for key, (_, section) in self._sections.items():
             section.setEnabled(self._model.is_known(key[0]))
         self._show_counters()

@@ -105,6 +105,8 @@ class Desk:
         for name in self._names:
             self.start(name)
         exchange = self.viewer.exchange
+        # As the EventsExecutor's `defer` does; this executor is spun for a moment at a time.
+        exchange.wake_ros = lambda: self._executor.create_task(self.viewer._serve)
         self.window = Window(exchange.ask, lambda: exchange.left_out)
         self._bridge = Bridge(self.window, exchange)
         self.window.show()
