@@ -72,11 +72,20 @@ class Viewer(ParameterNode):
 
     def _on_image(self, data):
         with self._stopwatch.measure('work'):
-            self.exchange.put_picture(read_image(bytes(data)))
+            try:
+                picture = read_image(bytes(data))
+            except ValueError as error:
+                self._log.warn(f'an image is ignored: {error}', 'images')
+                return
+            self.exchange.put_picture(picture)
         self._stopwatch.frames += 1
 
     def _on_frame(self, data):
-        frame, _, _ = self._reader.read(data)
+        try:
+            frame, _, _ = self._reader.read(data)
+        except ValueError as error:
+            self._log.warn(f'parameters of a frame are ignored: {error}', 'parameters')
+            return
         self.exchange.put_place(FramePlace(
             frame.stamp, frame.take, None if frame.take is None else frame.index))
 

@@ -58,7 +58,11 @@ def to_value(value: object, kind: str) -> ParameterValue:
         kind = UNKNOWN_KINDS.get(type(one), 'str') + 's' * isinstance(value, list)
     field, item = FIELDS[kind]
     try:
-        held = [item(one) for one in value] if kind.endswith('s') else item(value)
+        ones = [item(one) for one in value] if kind.endswith('s') else [item(value)]
+        if item is int and (any(abs(one) >= 2**63 for one in ones)
+                            or ones != (value if kind.endswith('s') else [value])):
+            raise ValueError
+        held = ones if kind.endswith('s') else ones[0]
         return ParameterValue(type=TYPES[kind], **{field: held})
     except (TypeError, ValueError, AssertionError, OverflowError):
         raise ValueError(f'{value!r} is no {kind}') from None

@@ -23,7 +23,7 @@ from flag_sim.viewer.exchange import Exchange
 from flag_sim.viewer.window import Window
 import qtpy
 from qtpy import API_NAME
-from qtpy.QtCore import QCoreApplication, QObject, QTimer, Signal
+from qtpy.QtCore import QCoreApplication, QObject, Qt, QTimer, Signal
 from qtpy.QtWidgets import QApplication
 
 TRIAL = 'from qtpy.QtWidgets import QApplication; QApplication([])'
@@ -87,7 +87,9 @@ class Bridge(QObject):
         self._window = window
         self._exchange = exchange
         self.woken.connect(self._take)  # in the window's thread, wherever it is emitted
-        self.ended.connect(window.close)
+        # Queued also where it is emitted here: a window that is closed before the event loop runs
+        # ends nothing.
+        self.ended.connect(window.close, Qt.QueuedConnection)
         exchange.wake_window = self.woken.emit
 
     def _take(self):
