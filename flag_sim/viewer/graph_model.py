@@ -39,6 +39,7 @@ class GraphModel:
         self._requests = Requests(self._send)
         self._answers = {}     # {full name: what takes the answers to what is set one by one}
         self._asked = {}       # {(node, name): value} that a node has not answered yet
+        self._unheard = set()  # of those, of which the node has not told a change since
         self.nodes = {}        # {role: full name}
         self.descriptors = {}  # {full name: {name: Descriptor}}
         self.values = {}       # {full name: {name: value}}
@@ -118,6 +119,7 @@ class GraphModel:
         values.update(news.values)
         for name in news.deleted:
             values.pop(name, None)
+        self._unheard -= {(news.node, name) for name in news.values}
         _call(self.on_values, role, {*news.values, *news.deleted})
 
     # What is asked.
@@ -129,6 +131,7 @@ class GraphModel:
             _call(self.on_answer, role, dict.fromkeys(values, f'there is no {role}'))
             return
         self._asked.update({(node, name): value for name, value in values.items()})
+        self._unheard |= {(node, name) for name in values}
         self._requests.put(node, values, self._answer_of(node))
 
     def put_together(self, role: str, values: Mapping,
@@ -155,7 +158,12 @@ class GraphModel:
 
     def _answered(self, node, reasons):
         if not self._requests.is_waiting(node):
+            # The answer may come before the event that tells the change.
+            self.values.get(node, {}).update({
+                name: value for (of, name), value in self._asked.items()
+                if of == node and reasons.get(name) == '' and (of, name) in self._unheard})
             self._asked = {key: value for key, value in self._asked.items() if key[0] != node}
+            self._unheard = {key for key in self._unheard if key[0] != node}
         role = self.role_of(node)
         if role is not None:
             _call(self.on_answer, role, reasons)

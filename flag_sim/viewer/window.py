@@ -83,6 +83,7 @@ class Window(QMainWindow):
         self.panel.restore.connect(lambda: self.model.publish('reset'))
         self.panel.step.connect(lambda: self.model.publish('step'))
         self.panel.toggle.connect(self.toggle)
+        self.model.on_answer.append(self._tell_refusals)
         menus.fill(self)
         self.statusBar()
         self.setWindowTitle('viewer')
@@ -127,6 +128,11 @@ class Window(QMainWindow):
         rate = self.model.value('wind', 'rate') or 30.0
         if self.counter.last is None or still > max(PATIENCE, 3.0 / rate):
             self.view.set_reason(self._unshown or why_still(self.model, still))
+
+    def _tell_refusals(self, role, reasons):
+        refused = [f'{role}: {reason}' for reason in reasons.values() if reason]
+        if refused:  # also of parameters whose field is not seen
+            self.say('; '.join(refused))
 
     def _show_time(self):
         self.timeline.show_time(self.timeline.model.playhead(

@@ -14,6 +14,7 @@
 
 """The viewer's window with real nodes, all in this process and in one thread."""
 import contextlib
+import functools
 import time
 
 from flag_sim.nodes.physics import Physics
@@ -28,6 +29,7 @@ SMALL = ('grid.rows:=5', 'grid.columns:=6', 'width:=64', 'height:=48', 'threads:
 KINDS = {'wind': Wind, 'physics': Physics, 'renderer': Renderer}
 
 
+@functools.cache  # PyQt's ends when nobody refers to it
 def application():
     """Return the one QApplication of this process."""
     from qtpy.QtWidgets import QApplication

@@ -15,12 +15,17 @@
 """The window on real nodes: what is shown is what they have, what is turned is what they get."""
 import math
 
+from flag_sim.parameters.descriptor import Descriptor
+from flag_sim.viewer.exchange import Described, Found
+from flag_sim.viewer.graph_model import GraphModel
+from flag_sim.viewer.panel import Panel
 import numpy as np
 import pytest
 from qtpy.QtCore import QPoint, QPointF, Qt
 from qtpy.QtGui import QMouseEvent, QWheelEvent
 from qtpy.QtTest import QTest
-from qtpy.QtWidgets import QAbstractSpinBox, QApplication, QCheckBox, QComboBox, QSlider
+from qtpy.QtWidgets import QAbstractSpinBox, QApplication, QCheckBox, QComboBox, QMenu
+from qtpy.QtWidgets import QSlider, QWidget
 from support.window import Desk
 
 
@@ -139,7 +144,10 @@ def test_the_picture_is_the_message(desk):
         desk.put('wind', paused=False)
     picture, image = taken[-1], desk.window.view.image
     sent = np.frombuffer(picture.pixels, np.uint8).reshape(picture.height, picture.width, 3)
-    pixels = np.frombuffer(image.bits(), np.uint8).reshape(image.height(), image.width(), 4)
+    bits = image.constBits()
+    if hasattr(bits, 'setsize'):  # of PyQt
+        bits.setsize(image.height() * image.bytesPerLine())
+    pixels = np.frombuffer(bits, np.uint8).reshape(image.height(), image.width(), 4)
     np.testing.assert_array_equal(pixels[..., 2::-1], sent)
 
 
@@ -168,7 +176,8 @@ def dragged(view, *ways):
                       (QMouseEvent.MouseButtonRelease, (0, 0))):
         at = at + QPointF(*way)
         QApplication.sendEvent(view, QMouseEvent(
-            kind, at, view.mapToGlobal(at), Qt.RightButton, Qt.RightButton, Qt.NoModifier))
+            kind, at, QPointF(view.mapToGlobal(at.toPoint())), Qt.RightButton, Qt.RightButton,
+            Qt.NoModifier))
 
 
 def test_hands_turn_scale_shift_and_reset(desk):
@@ -208,3 +217,46 @@ def test_a_node_that_goes_and_comes_back(desk):
     desk.until(lambda: desk.window.panel.field('renderer', 'ambient').isEnabled()
                and desk.window.counter.shown > shown)
     assert not desk.window.view.reason
+
+
+def test_the_keyboard_alone_reaches_everything(desk):
+    """By Tab every widget that takes the keyboard, and by the menus all that the mouse does."""
+    window = desk.window
+    window.activateWindow()
+    window.panel.search.setText('')
+    window.panel.field('renderer', 'flag.color')
+    window.view.setFocus()
+    desk.until(window.view.hasFocus)
+    reached = set()
+    while QApplication.focusWidget() not in reached:
+        reached.add(QApplication.focusWidget())
+        window.focusNextChild()
+    wanted = {widget for widget in window.findChildren(QWidget)
+              if widget.focusPolicy() & Qt.TabFocus and widget.isVisibleTo(window)
+              and widget.isEnabledTo(window) and widget.focusProxy() is None}
+    missing = {widget for widget in wanted - reached
+               if not any(widget.isAncestorOf(one) or one.isAncestorOf(widget)
+                          for one in reached)}
+    assert len(reached) > 40 and not missing
+    shortcuts = {action.shortcut().toString() for menu in window.menuBar().findChildren(QMenu)
+                 for action in menu.actions()}
+    assert {'Ctrl+O', 'Ctrl+S', 'Ctrl+Z', 'Ctrl+I', 'Ctrl+K', 'F5', 'F6', 'F7', 'Ctrl+3'} <= (
+        shortcuts)
+
+
+def test_hundreds_of_parameters_are_shown(desk):
+    """Of a node that nobody knows, with names of all kinds; no two of them are mixed up."""
+    model = GraphModel(lambda _: None)
+    panel = Panel(model)
+    descriptors = tuple(Descriptor(f'group{n % 7}.value{n}', 'float', low=0.0, high=1.0)
+                        for n in range(400)) + (
+        Descriptor('odd', 'other'), Descriptor('many', 'floats'), Descriptor('words', 'strs'))
+    model.take(Found({'wind': '/stranger'}))
+    model.take(Described('/stranger', descriptors, {
+        **{one.name: 0.5 for one in descriptors[:400]}, 'odd': b'', 'many': [0.0] * 5000,
+        'words': ['a', 'b']}))
+    panel.search.setText('value399')
+    assert [field.name for field in panel.fields() if field.isVisibleTo(panel)] == [
+        'group0.value399']
+    assert len(panel.fields()) == 403
+    panel.deleteLater()

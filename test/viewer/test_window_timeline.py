@@ -77,7 +77,7 @@ def at_wind(desk, part, track=TRACK):
 def mouse(rows, kind, at, button=Qt.LeftButton, modifiers=Qt.NoModifier):
     """Send a mouse event to the rows."""
     QApplication.sendEvent(rows, QMouseEvent(
-        kind, at, rows.mapToGlobal(at), button, button, modifiers))
+        kind, at, QPointF(rows.mapToGlobal(at.toPoint())), button, button, modifiers))
 
 
 def drag(rows, begin, end, modifiers=Qt.NoModifier):
