@@ -32,8 +32,11 @@ KINDS = {'wind': Wind, 'physics': Physics, 'renderer': Renderer}
 @functools.cache  # PyQt's ends when nobody refers to it
 def application():
     """Return the one QApplication of this process."""
+    from flag_sim.viewer.application import why_unsound
     from qtpy.QtWidgets import QApplication
-    return QApplication.instance() or QApplication(['test'])
+    made = QApplication.instance() or QApplication(['test'])
+    assert not why_unsound(), why_unsound()  # else it is Python that ends, somewhere later
+    return made
 
 
 class Desk:

@@ -22,7 +22,7 @@ from flag_sim.viewer.panel import Panel
 import numpy as np
 import pytest
 from qtpy.QtCore import QPoint, QPointF, Qt
-from qtpy.QtGui import QMouseEvent, QWheelEvent
+from qtpy.QtGui import QColor, QMouseEvent, QWheelEvent
 from qtpy.QtTest import QTest
 from qtpy.QtWidgets import QAbstractSpinBox, QApplication, QCheckBox, QComboBox, QMenu
 from qtpy.QtWidgets import QSlider, QWidget
@@ -87,6 +87,18 @@ def test_what_is_typed_is_set(desk):
     slider = edited(desk, 'wind', 'gust.length', QSlider)
     QTest.keyClick(slider, Qt.Key_End)
     desk.until(lambda: desk.value('wind', 'gust.length') == 1e4)
+
+
+def test_a_colour_is_seen_while_it_is_chosen(desk):
+    """And it is the one before if the dialog is cancelled."""
+    before = settled(desk, 'renderer', 'pole.color')
+    editor = desk.window.panel.field('renderer', 'pole.color').editor
+    QTest.mouseClick(editor._button, Qt.LeftButton)
+    editor._dialog.setCurrentColor(QColor(10, 200, 30))
+    desk.until(lambda: desk.value('renderer', 'pole.color') == [10.0, 200.0, 30.0])
+    desk.until(lambda: editor._button.text() == '10, 200, 30')
+    editor._dialog.reject()
+    desk.until(lambda: desk.value('renderer', 'pole.color') == before)
 
 
 def test_what_a_node_refuses_comes_back_with_its_reason(desk):
