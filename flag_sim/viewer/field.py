@@ -19,7 +19,7 @@ from flag_sim.viewer.graph_model import GraphModel
 from qtpy.QtCore import Qt, Signal
 from qtpy.QtWidgets import QHBoxLayout, QLabel, QMenu, QVBoxLayout, QWidget
 
-LABEL_WIDTH = 18
+LABEL_WIDTH = 21
 """Characters of the widest name that is not broken."""
 KEYED = '\u25c6 '  # a diamond, as keys on the timeline
 REFUSED = '\u26a0 '

@@ -40,12 +40,12 @@ class TimelinePanel(QWidget):
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.addLayout(self._tools())
-        area = QScrollArea()
-        area.setWidget(self.rows)
-        area.setWidgetResizable(True)
-        area.setFocusPolicy(Qt.NoFocus)
-        area.setMinimumHeight(RULER + ROW)
-        column.addWidget(area, 1)
+        self._area = QScrollArea()
+        self._area.setWidget(self.rows)
+        self._area.setWidgetResizable(True)
+        self._area.setFocusPolicy(Qt.NoFocus)
+        self._area.setMinimumHeight(RULER + ROW)
+        column.addWidget(self._area, 1)
         self.rows.selection_changed.connect(self._show_selected)
         self.rows.add_asked.connect(self.add)
         self.rows.delete_asked.connect(self.delete)
@@ -117,6 +117,8 @@ class TimelinePanel(QWidget):
             self.key_value.setText('')
             return
         row, k = found
+        at = self.rows.point(self.model.rows.index(row), k)
+        self._area.ensureVisible(self._area.horizontalScrollBar().value(), round(at.y()), 0, ROW)
         self.key_time.show_value(row.keys.times[k])
         self.key_value.setText(_words(row.keys.values[k]))
         with QSignalBlocker(self.law):
