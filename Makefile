@@ -10,13 +10,14 @@ SOAK_MINUTES ?= 120
 # comes as wheels from PyPI. The stamp tells the two apart: sourcing ROS later makes .venv anew.
 ROS := $(shell $(PYTHON) -S -c 'from importlib.util import find_spec as f; \
 	print("sourced" if f("rclpy") else "wheels")' 2>/dev/null)
-EXTRAS_wheels = ros,record,pictures,study,dataset,test
-EXTRAS_sourced = record,pictures,study,dataset,test
+EXTRAS_wheels = ros,record,pictures,study,dataset,viewer,test
+EXTRAS_sourced = record,pictures,study,dataset,viewer,test
 VENV_sourced = --system-site-packages
 READY = .venv/ready-$(ROS)
 
 help:
 	@echo 'make demo   film config/$(SHOT).yaml into out/demo (another shot: make demo SHOT=name)'
+	@echo 'make view   play config/$(SHOT).yaml live in a window, where all can be turned and keyed'
 	@echo 'make test   run all tests, in WORKERS=$(WORKERS) processes'
 	@echo 'make soak   run 2000 random extremes of the cloth for each method that promises to bear them,'
 	@echo '            finer grids, statistics of more flights, damaged files, 100000 hostile inputs'
@@ -31,14 +32,17 @@ help:
 	@echo 'make clean  remove .venv, out and all that was built'
 
 # Demos and tests look for nobody beyond this machine (who can reach them: docs/security.md).
-demo test soak bench: export ROS_AUTOMATIC_DISCOVERY_RANGE = LOCALHOST
+demo view test soak bench: export ROS_AUTOMATIC_DISCOVERY_RANGE = LOCALHOST
 
 # An editable install has copies of config/ where `ros2 pkg prefix flag_sim` leads.
 COPIED = .venv/config-copied
-demo test soak bench study: $(READY) $(COPIED)
+demo view test soak bench study: $(READY) $(COPIED)
 
 demo:
 	@.venv/bin/python -m flag_sim.tools.demo --shot '$(SHOT)'
+
+view:
+	@.venv/bin/python -m flag_sim.tools.view --shot '$(SHOT)'
 
 test:
 	@.venv/bin/python -m pytest -rs -n '$(WORKERS)' --dist worksteal
@@ -96,4 +100,4 @@ $(READY): setup.py pyproject.toml package.xml
 	|| { echo 'rclpy cannot be imported; a sourced ROS needs its own Python: make PYTHON=/usr/bin/python3' >&2; exit 1; }
 	@touch '$@'
 
-.PHONY: help demo test soak bench bench-cloth bench-drawing study parameters clean
+.PHONY: help demo view test soak bench bench-cloth bench-drawing study parameters clean

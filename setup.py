@@ -20,7 +20,8 @@ from setuptools import Distribution, find_packages, setup
 
 NAME = 'flag_sim'
 EXECUTABLES = {
-    **{node: f'nodes.{node}' for node in ('physics', 'player', 'recorder', 'renderer', 'wind')},
+    **{node: f'nodes.{node}'
+       for node in ('physics', 'player', 'recorder', 'renderer', 'viewer', 'wind')},
     'dataset': 'dataset.__main__',
     'study': 'study.__main__',
     'tune': 'study.tune',
@@ -76,8 +77,7 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', ['resource/' + NAME]),
         ('share/' + NAME, ['package.xml']),
-        ('share/' + NAME + '/config', sorted(
-            path for kind in ('yaml', 'xml', 'png') for path in glob(f'config/*.{kind}'))),
+        ('share/' + NAME + '/config', sorted(glob('config/*'))),
     ],
     cmdclass={'install_data': InstallData},
     entry_points={
@@ -118,6 +118,9 @@ setup(
         'study': ['matplotlib>=3.6,<4', 'pyyaml>=6.0.1,<7'],
         'dataset': ['distributed>=2024.8,<2027', 'pyarrow>=15,<27', 'pyyaml>=6.0.1,<7',
                     'tqdm>=4.66.3,<5'],
+        # The window; qtpy takes PyQt5 as well, which ROS installations have. With Python before
+        # 3.12, PySide6 6.12 drops a reference to None with every call, until Python ends.
+        'viewer': ['qtpy>=2.4,<3', 'PySide6-Essentials>=6.6,<6.12', 'pyyaml>=6.0.1,<7'],
         # For those whose tests use flag_sim.testing.
         'testing': ['pytest>=7.4,<10'],
         # The linters are ROS's own, with the plugins that their package.xml files ask for.

@@ -20,6 +20,7 @@ import pytest
 from support.compiled import compile_kernels
 
 os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+os.environ['QT_QPA_PLATFORM'] = 'offscreen'  # windows are drawn, and seen by nobody
 
 
 def pytest_configure(config):

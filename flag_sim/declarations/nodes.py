@@ -24,8 +24,8 @@ class Nodes(Mapping):
     {node: its declarations}, each imported when it is asked for.
 
     What physics and renderer declare stands beside their kernels: to import it takes 0.3 s and
-    70 MB. The wind, which animates it, does so at its start (see keyable); recorder and player
-    do without.
+    70 MB. The wind, which animates it, does so at its start (see keyable); recorder, player
+    and viewer do without.
     """
 
     def __init__(self, *names: str):
@@ -46,7 +46,7 @@ class Nodes(Mapping):
         return getattr(import_module(f'flag_sim.declarations.{node}'), node.upper())
 
 
-NODES = Nodes('wind', 'physics', 'renderer', 'recorder', 'player')
+NODES = Nodes('wind', 'physics', 'renderer', 'recorder', 'player', 'viewer')
 
 
 def scene() -> tuple[Declaration, ...]:

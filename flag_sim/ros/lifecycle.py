@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """The lifecycle of a node, from its start to its end, the same for all of them."""
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 import contextlib
 import ctypes
 import os
@@ -57,9 +57,14 @@ def keep_memory() -> None:
         mallopt(M_TRIM_THRESHOLD, 2 * LARGEST_KEPT)
 
 
-def run(node_class: type[ParameterNode], args: Sequence[str] | None = None) -> int:
+def run(node_class: type[ParameterNode], args: Sequence[str] | None = None,
+        spin: Callable[[ParameterNode, Future], None] = spin_guarded,
+        why_not: Callable[[], str] = str) -> int:
     """
     Run a node until it ends or is told to; return the exit status.
+
+    spin(node, until): runs its callbacks until the future is done; why_not(): in words why the
+    node cannot be started here, or ''.
 
     The node has `ended`, a future that gets its exit status once it has ended by itself, and
     `close`, called however the node ends; where it returns True, something could not be finished,
@@ -74,6 +79,10 @@ def run(node_class: type[ParameterNode], args: Sequence[str] | None = None) -> i
         except BrokenPipeError:  # as by `| head`; Python would flush once more at its end
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    reason = why_not()
+    if reason:
+        print(f'cannot start: {reason}', file=sys.stderr)
+        return 1
     keep_memory()
     set_dds_profile()
     stop = _future_of_signals()
@@ -95,7 +104,7 @@ def run(node_class: type[ParameterNode], args: Sequence[str] | None = None) -> i
             try:
                 _notify_figures(node, notify)
                 notify.send(READY=1)
-                spin_guarded(node, stop)
+                spin(node, stop)
             finally:
                 notify.send(STOPPING=1, **_as_variables(node.figures))
                 is_unfinished = node.close()

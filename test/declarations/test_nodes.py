@@ -21,14 +21,14 @@ import pytest
 
 
 def test_nodes_are_found_by_their_names():
-    assert list(NODES) == ['wind', 'physics', 'renderer', 'recorder', 'player']
-    assert len(NODES) == 5
+    assert list(NODES) == ['wind', 'physics', 'renderer', 'recorder', 'player', 'viewer']
+    assert len(NODES) == 6
     with pytest.raises(KeyError):
         NODES['factories']
     assert named('wind')['speed'].default == defaults('wind')['speed'] == 6.0
 
 
-@pytest.mark.parametrize('node', ['recorder', 'player'])
+@pytest.mark.parametrize('node', ['recorder', 'player', 'viewer'])
 def test_who_knows_no_cloth_and_no_picture_loads_no_compiler(node):
     """Which would take 0.3 s and 70 MB more at every start."""
     code = (f'from flag_sim.declarations.nodes import NODES; NODES["{node}"]; '

@@ -34,9 +34,10 @@ ROOMS = {
     'protocol': (),
     'declarations': (*LIBRARY, 'animation', 'protocol'),
     'ros': ('animation', 'declarations', 'drawing', 'jit', 'parameters', 'protocol'),
-    'nodes': (*LIBRARY, 'animation', 'declarations', 'protocol', 'ros'),
+    'nodes': (*LIBRARY, 'animation', 'declarations', 'protocol', 'ros', 'viewer'),
     'dataset': (*LIBRARY, 'animation', 'declarations', 'protocol', 'ros'),
     'study': (*LIBRARY, 'animation', 'declarations'),
+    'viewer': ('animation', 'parameters', 'protocol'),
     'testing': ('declarations', 'parameters', 'tools'),
     'tools': ('cloth', 'dataset', 'drawing', 'parameters', 'protocol'),
 }
@@ -45,7 +46,7 @@ WITH_ROS = ('ros', 'nodes')
 """The folders that need ROS to be imported."""
 ALL = sorted((ROOT / 'flag_sim').rglob('*.py'))
 PURE = [path for path in ALL if path.relative_to(ROOT).parts[1] not in WITH_ROS]
-NODES = ('wind', 'physics', 'renderer', 'recorder', 'player')
+NODES = ('wind', 'physics', 'renderer', 'recorder', 'player', 'viewer')
 
 
 def is_ros(module):

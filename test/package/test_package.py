@@ -45,6 +45,7 @@ LIBRARIES = {
     'matplotlib': ('python3-matplotlib', 'matplotlib'),
     'numba': ('python3-numba', 'numba'),
     'numpy': ('python3-numpy', 'numpy'),
+    'qtpy': ('python3-qtpy', 'qtpy'),
     'pytest': ('python3-pytest', 'pytest'),
     'rosbags': ('python3-rosbags-pip', 'rosbags'),
     'scipy': ('python3-scipy', 'scipy'),
@@ -129,7 +130,7 @@ def assert_declared(name, depends, setup, extras):
     assert in_pip in [re.match(r'[\w-]+', requirement)[0] for requirement in requirements]
 
 
-EXTRAS = ('ros', 'record', 'pictures', 'study', 'dataset', 'testing')
+EXTRAS = ('ros', 'record', 'pictures', 'study', 'dataset', 'viewer', 'testing')
 
 
 @pytest.mark.parametrize('name', imported())

@@ -29,7 +29,7 @@ from rclpy.parameter import get_parameter_value, parameter_dict_from_yaml_file
 from support.pages import ROOT
 from support.watch import eventually, Watcher
 
-NODES = ('physics', 'renderer', 'wind', 'recorder', 'player')
+NODES = ('physics', 'renderer', 'wind', 'recorder', 'player', 'viewer')
 FRAMES = 'frames:=12'
 """The length of shots here, whatever the docs say: they are to end soon."""
 SECONDS = 120.0  # that anything may take: kernels may have to be compiled
