@@ -25,6 +25,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 import os
 import threading
 
+from flag_sim.parallel.placement import apart, processor
 from flag_sim.parallel.spinning import spin_until_changed
 import numpy as np
 
@@ -43,9 +44,9 @@ class Workers:
         self._start()
 
     def submit(self, work: Callable, *arguments) -> Future:
-        """Let a thread that is free call work(*arguments)."""
+        """Let a thread that is free call work(*arguments), on a free processor if there is one."""
         self._start_after_fork()
-        return self._executor.submit(work, *arguments)
+        return self._executor.submit(apart, work, *arguments, caller=processor())
 
     def wake(self, threads: int):
         """Wake the workers below number `threads`, which stay awake until sleep is called."""
@@ -87,7 +88,7 @@ class Workers:
         """Let those who sleep enter their loop; the lock is held."""
         for number in set(range(1, threads)) - self._awake:
             self._awake.add(number)
-            self._executor.submit(self._worker_loop, number)
+            self._executor.submit(apart, self._worker_loop, number, caller=processor())
 
     def _worker_loop(self, number):
         """Do one job after another, as one thread, until there is none for a while."""
