@@ -194,3 +194,14 @@ def set_springs_and_weight(position: Field, tensions: tuple, mass: np.ndarray, g
         fx[i] = spring_force(x, tensions, i, stride)
         fy[i] = spring_force(y, tensions, i, stride)
         fz[i] = spring_force(z, tensions, i, stride) - gravity * mass[i]
+
+
+@wide_kernel
+def set_weight(mass: np.ndarray, gravity: float, force: Field, band: Band) -> None:
+    """Set each node's force [N] to its weight (eq. 1.1) alone."""
+    fx, fy, fz = force
+    zero = type(gravity)(0.0)
+    first, last, _ = band
+    for i in range(first, last):
+        fx[i] = fy[i] = zero
+        fz[i] = -gravity * mass[i]
