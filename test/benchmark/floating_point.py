@@ -15,7 +15,7 @@
 """What one processor can reckon at most, and what a step of the cloth asks of it."""
 import time
 
-import numba
+from flag_sim.jit.kernels import wide_kernel
 import numpy as np
 
 SPRING = (
@@ -51,7 +51,7 @@ CHAIN = 64
 LANES = 2048  # numbers of each of the two arrays: both stay in the nearest cache
 
 
-@numba.njit(fastmath={'contract'})
+@wide_kernel(cache=False)
 def _multiply_add(a, b, factor, count):
     """Put every number through CHAIN multiply-adds, count times over."""
     for _ in range(count):

@@ -29,7 +29,7 @@ BENCHMARKS = Path(__file__).resolve().parents[1] / 'benchmark'
 SHORT = {'animation': ['--quick'], 'cloth': ['--rounds', '1'],
          'compiling': ['--what', 'normals'], 'drawing': ['--rounds', '1'],
          'frame_time': ['--frames', '20', '--runs', '1'], 'growth': ['--quick'],
-         'pipeline': ['--quick']}
+         'pipeline': ['--quick'], 'roofline': ['--seconds', '0.02']}
 PEERS = {'cloth': {'taichi': 'Taichi', 'newton': 'Newton, springs', 'mujoco': 'MuJoCo flex'},
          'drawing': {'moderngl': 'llvmpipe', 'panda3d': 'Panda3D', 'cv2': 'OpenCV'}}
 
