@@ -40,7 +40,7 @@ from flag_sim.cloth.springs import damped_tensions
 from flag_sim.cloth.state import State
 from flag_sim.jit.kernels import shared_kernel, wide_kernel
 from flag_sim.parameters.arguments import given_path
-from floating_point import peak
+from floating_point import CHAIN, LANES, multiply_add
 import numba
 from numba.core.compiler_lock import global_compiler_lock
 import numpy as np
@@ -148,8 +148,9 @@ def limits(lanes, seconds):
         ones = [np.ones(SMALL, dtype) for _ in range(3)]
         found[f'divisions, {name}'] = best(lambda: _divide(*ones, 400), vectors, seconds)
         found[f'roots, {name}'] = best(lambda: _root(*ones[:2], 400), vectors, seconds)
-    # A multiply-add is two operations on each number of a vector.
-    found['arithmetic'] = 1e9 * 2 * lanes / peak('float64')
+    a, b = np.ones(LANES), np.ones(LANES)
+    found['arithmetic'] = best(lambda: multiply_add(a, b, 0.5, 100),
+                               100 * CHAIN * LANES / lanes, seconds)
     return found
 
 
