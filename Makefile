@@ -24,7 +24,7 @@ help:
 	@echo '            for the nodes, networks that lose and delay, and then twice the whole graph'
 	@echo '            for SOAK_MINUTES=$(SOAK_MINUTES), into out/soak.json (5: an hour in all)'
 	@echo 'make bench  measure frames per second, the work on many keys, how time grows with nodes and'
-	@echo '            pixels, and what compiling takes, into out/bench*.json'
+	@echo '            pixels, what the processor allows, and what compiling takes, into out/bench*.json'
 	@echo 'make bench-cloth    move the cloth beside other programs, into out/bench-cloth.json'
 	@echo 'make bench-drawing  draw frames beside other programs, into out/bench-drawing.json'
 	@echo 'make study  measure what accuracy costs here, in MINUTES=$(MINUTES), into out/study/report.md'
@@ -61,6 +61,7 @@ bench:
 	@.venv/bin/python test/benchmark/animation.py
 	@.venv/bin/python test/benchmark/frame_time.py
 	@.venv/bin/python test/benchmark/growth.py
+	@.venv/bin/python test/benchmark/roofline.py
 	@.venv/bin/python test/benchmark/compiling.py
 
 study:

@@ -23,7 +23,7 @@ from flag_sim.cloth.material import Air
 from flag_sim.cloth.mesh import Mesh
 from flag_sim.cloth.records import Band, Field, Nodes, Sheet, Vector, Weights
 from flag_sim.cloth.springs import (
-    damped_tensions, elastic_tensions, set_springs_and_weight, Springs)
+    damped_tensions, elastic_tensions, set_springs_and_weight, set_weight, Springs)
 from flag_sim.jit.kernels import shared_kernel
 from flag_sim.parallel.barrier import new_barrier, wait
 import numpy as np
@@ -74,21 +74,20 @@ class Work(NamedTuple):
 
 
 @shared_kernel
-def set_element_forces(nodes: Nodes, weights: Weights, coefficients: Coefficients, work: Work,
-                       dt: float, band: Band) -> None:
+def begin_element_forces(nodes: Nodes, weights: Weights, coefficients: Coefficients, work: Work,
+                         dt: float, band: Band) -> None:
     """
     Set the tensions, bending moments and wind forces that begin at the nodes of a band.
 
     These are the forces of the elements: of springs, of the plate and of faces. They are written
     to work.tensions, work.moments and work.faces.
 
-    dt: the step that the wind is taken implicitly over [s]; zero for its momentary force. All
-    threads of work.barrier call it together and leave together, each with the nodes of its band.
+    dt: the step that the wind is taken implicitly over [s]; zero for its momentary force.
     """
     # Tension of the springs (eq. 1.2), with or without dashpots.
     if max(coefficients.springs.c) > 0.0:
         damped_tensions(nodes, weights, coefficients.springs, work.tensions, band)
-    else:
+    elif max(coefficients.springs.k) > 0.0:
         elastic_tensions(nodes.position, weights, coefficients.springs, work.tensions, band)
     # Moments of bending.
     if max(coefficients.bend) > 0.0:
@@ -96,6 +95,18 @@ def set_element_forces(nodes: Nodes, weights: Weights, coefficients: Coefficient
     # Force of the wind on each face (eq. 1.3).
     if coefficients.wind.drag > 0.0:
         set_face_forces(nodes, coefficients.wind, dt, weights, work.faces, band)
+
+
+@shared_kernel
+def set_element_forces(nodes: Nodes, weights: Weights, coefficients: Coefficients, work: Work,
+                       dt: float, band: Band) -> None:
+    """
+    Do as begin_element_forces, and wait for the other threads' elements.
+
+    All threads of work.barrier call it together and leave together, each with the nodes of its
+    band.
+    """
+    begin_element_forces(nodes, weights, coefficients, work, dt, band)
     wait(work.barrier)
 
 
@@ -105,12 +116,15 @@ def set_forces(nodes: Nodes, sheet: Sheet, coefficients: Coefficients, work: Wor
     """
     Set work.force [N] to the sum of all forces on each node of a band (eq. 1.6).
 
-    The nodes' own damping is left to the method. dt, band: see set_element_forces.
+    The nodes' own damping is left to the method. dt, band: see begin_element_forces.
     """
     set_element_forces(nodes, sheet.weights, coefficients, work, dt, band)
     # Springs (eq. 1.2) and weight (eq. 1.1).
-    set_springs_and_weight(nodes.position, work.tensions, sheet.mass, coefficients.gravity,
-                           work.force, band)
+    if max(coefficients.springs.k) > 0.0:
+        set_springs_and_weight(nodes.position, work.tensions, sheet.mass, coefficients.gravity,
+                               work.force, band)
+    else:
+        set_weight(sheet.mass, coefficients.gravity, work.force, band)
     # Bending.
     if max(coefficients.bend) > 0.0:
         add_bending_forces(work.moments, work.force, band)

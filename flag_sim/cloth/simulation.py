@@ -71,7 +71,7 @@ class Cloth:
     start_noise, start_seed: the cloth starts flat but for a random bump of at most start_noise
     [m], which its weight or the wind needs to begin with; the same seed, the same bump.
     threads: how many compute the steps, 0 chooses by measuring the first frames; the result is the
-    same to the bit. With xpbd, whose steps go from line to line, and implicit it is one.
+    same to the bit. With implicit it is one.
 
     material, air, gravity, stepping, solver, stretch_limit, pole, pose and precision may be
     changed between frames by assignment, and start_noise and start_seed for the next start;

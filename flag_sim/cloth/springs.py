@@ -199,3 +199,13 @@ def set_springs_and_weight(position: Field, tensions: tuple, mass: np.ndarray,
         fx[i] = spring_force(x, tensions, i, stride) - gx * mass[i]
         fy[i] = spring_force(y, tensions, i, stride) - gy * mass[i]
         fz[i] = spring_force(z, tensions, i, stride) - gz * mass[i]
+
+
+@wide_kernel
+def set_weight(mass: np.ndarray, gravity: Vector, force: Field, band: Band) -> None:
+    """Set each node's force [N] to its weight (eq. 1.1) alone."""
+    fx, fy, fz = force
+    gx, gy, gz = gravity
+    first, last, _ = band
+    for i in range(first, last):
+        fx[i], fy[i], fz[i] = -gx * mass[i], -gy * mass[i], -gz * mass[i]

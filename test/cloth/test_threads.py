@@ -21,6 +21,7 @@ import threading
 from flag_sim.cloth import Cloth
 from flag_sim.cloth.mesh import Mesh, PRECISIONS, SMALLEST_BAND
 from flag_sim.cloth.solvers import SOLVERS
+from flag_sim.cloth.solvers.symplectic import STRIP
 import numpy as np
 import pytest
 
@@ -49,6 +50,17 @@ def test_the_same_motion_to_the_bit(solver, precision):
 def test_grids_of_all_shapes(grid):
     """Bands may be empty, and end anywhere in a row."""
     np.testing.assert_array_equal(flown(grid=grid, threads=5), flown(grid=grid))
+
+
+@pytest.mark.parametrize('grid', [(81, 121), (12, 1001)], ids=str)
+def test_strips_change_nothing(grid):
+    """One thread computes a large grid strip by strip, many small bands are computed as wholes."""
+    mesh = Mesh(*grid, 1.0, 1.0)
+    first, last, _ = mesh.band()
+    assert last - first > 3 * STRIP and (last - first) / 7 < STRIP
+    pole = (0.5, 0.05, 0.1)
+    np.testing.assert_array_equal(flown(1, grid=grid, pole=pole, threads=7),
+                                  flown(1, grid=grid, pole=pole))
 
 
 def test_the_choice_changes_nothing_but_the_time():

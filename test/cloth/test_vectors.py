@@ -20,12 +20,14 @@ from flag_sim.cloth import aerodynamics, bending, Material, proximity, springs, 
 from flag_sim.cloth.forces import Forcing, Work
 from flag_sim.cloth.mesh import Mesh, PRECISIONS
 from flag_sim.cloth.model import Model
-from flag_sim.cloth.solvers import (conjugate, elementwise, euler, implicit, lines, matrix, plate,
-                                    rk4, seed, symplectic, verlet, xpbd)
+from flag_sim.cloth.solvers import (conjugate, elementwise, euler, galerkin, implicit, lines,
+                                    matrix, plate, plate_lines, rigid, rk4, seed, sums, symplectic,
+                                    verlet, xpbd)
 from flag_sim.cloth.state import State
 from llvmlite.binding import get_host_cpu_features
 import numba
 from numba.core.compiler_lock import global_compiler_lock
+import numpy as np
 import pytest
 
 pytestmark = pytest.mark.skipif(platform.machine() not in ('x86_64', 'AMD64'),
@@ -47,6 +49,10 @@ class Case:
         self.mass, self.w = model.mass, model.inverse_mass
         self.one = mesh.number(1.0)
         self.below = mesh.band().stride
+        self.matrix = matrix.Matrix.of(tuple(mesh.fields(matrix.FIELDS)))
+        self.lines = lines.Lines.of(mesh)
+        self.family = lines.Family(self.weights.down, self.one, self.one, self.one, self.below,
+                                   self.below)
 
     def field(self):
         """Return a new field."""
@@ -56,7 +62,7 @@ class Case:
 def loops(precision):
     """Return the loops over nodes that are vectors: {name: (kernel, arguments)}."""
     case = Case(precision)
-    nodes, out, work, one, below = case.nodes, case.out, case.work, case.one, case.below
+    nodes, out, work, one = case.nodes, case.out, case.work, case.one
     c, weights, mass, w = case.c, case.weights, case.mass, case.w
     x, v, f, a = nodes.position, nodes.velocity, work.force, case.field()
     stage = State(case.mesh).nodes
@@ -80,10 +86,15 @@ def loops(precision):
         (rk4._stage, nodes, stage, f, w, out, (one, one, one)),
         (xpbd._predict, v, f, w, a, one, one),
         (xpbd._advance, x, f, out, one),
-        (plate._add_curvatures, x, weights.bend_down, one, below, a),
-        (plate._move_curved, x, w, below, a),
-        (plate._add_twists, x, weights.cell, one, a),
-        (plate._move_twisted, x, w, a),
+        (springs.set_weight, mass, (one, one, one), f),
+        (plate_lines.move_twisted, x, w, a),
+        (lines.set_lines, x, a, case.family, one, case.lines),
+        (lines.apply_impulses, x, w, case.family, case.lines),
+        (matrix.set_springs, x, weights, c.springs, case.matrix, one),
+        (matrix.set_faces, nodes, c.wind, weights, case.matrix, one),
+        (matrix._multiply_springs, case.matrix, mass, one, a, f),
+        (matrix._set_face_drag, case.matrix, a, work.faces),
+        (conjugate._turn, a, one, f, w),
         (proximity.set_room, x, out.position, c.limits, work.contact),
         (turning.turn_nodes, x, out, c.limits.turn, mass),
         (elementwise.scale, a, one),
@@ -93,42 +104,59 @@ def loops(precision):
         (elementwise.set_difference, v, f, a),
         (elementwise.set_sum, x, one, v, a),
         (elementwise.set_combination, one, f, one, v, a)]
-    return named(calls, case.mesh.band())
+    first, last, _ = band = case.mesh.band()
+    return {**named(calls, band), **named(pieces(case), first, last)}
+
+
+def pieces(case):
+    """Return calls of the loops over a piece, of lines that lie side by side."""
+    one, below, weights, w = case.one, case.below, case.weights, case.w
+    x, v, a, b = case.nodes.position, case.nodes.velocity, case.field(), case.field()
+    factors, family, springs = case.field(), case.family, case.lines
+    return [
+        (lines._factor_piece, w, family, springs, springs.ahead),
+        (lines._eliminate_piece, x, v, family, springs, a[:2], b[:2]),
+        (lines._move_piece, (x, v), w, family, springs, a[:2], b[:2]),
+        (lines._set_impulses, x, v, family, springs, a[0], a[1]),
+        (lines._move_row, x, v, w, springs, a[0], a[1]),
+        (plate_lines.set_curvatures, x, v, weights.bend_down, one, below, a),
+        (plate_lines.eliminate_curvatures, factors, below, a, b),
+        (plate_lines.insert_curvatures, factors, below, a, b),
+        (plate_lines.move_curved, x, w, below, a),
+        (plate_lines.set_twists, x, v, weights.cell, one, below, a),
+        (plate_lines.eliminate_twists, factors[:2], below, a, b),
+        (plate_lines.insert_twists, factors[:2], below, a, b)]
 
 
 def scalar_loops(precision):
     """Return the loops that gather, choose or recur too much for vectors, or sum in float64."""
     case = Case(precision)
-    nodes, out, work, one, below = case.nodes, case.out, case.work, case.one, case.below
-    c, weights, w = case.c, case.weights, case.w
-    x, v, f, a = nodes.position, nodes.velocity, work.force, case.field()
-    springs = lines.Lines.of(case.mesh)
-    family = lines.Family(weights.down, one, one, one, below, below)
-    filled = matrix.Matrix.of(tuple(case.mesh.fields(matrix.FIELDS)))
-    system = matrix.System(filled, case.sheet, c, work, one)
+    nodes, out, one, below, weights, w = (case.nodes, case.out, case.one, case.below, case.weights,
+                                          case.w)
+    v, f, a = nodes.velocity, case.work.force, case.field()
+    system = matrix.System(case.matrix, case.sheet, case.c, case.work, one)
+    first, last, stride = band = case.mesh.band()
     calls = [
-        (lines.set_lines, x, a, family, one, springs),
-        (lines.factor_lines, w, family, springs),
-        (lines.project_lines, x, v, w, family, springs, a[:2]),
-        (lines.apply_impulses, x, w, family, springs, a[0]),
         (plate._factor_curvatures, w, weights.bend_down, one, below, a),
         (plate._factor_twists, w, weights.cell, one, below, a[:2]),
-        (plate._solve_curvatures, f, below, a),
-        (plate._solve_twists, a[:2], below, f),
-        (matrix.set_springs, x, weights, c.springs, filled, one),
-        (matrix.set_faces, nodes, c.wind, weights, filled, one),
-        (matrix._multiply_springs, filled, case.mass, one, a, f),
-        (matrix._set_face_drag, filled, a, work.faces),
-        (conjugate._turn, a, one, f, w),
         (implicit._guess, v, w, (one, one, one), one, out.velocity),
         (implicit._set_residual, v, out.velocity, f, system, a)]
-    return named(calls, case.mesh.band())
+    rows = [
+        (lines._factor_rows, w, case.family, case.lines),
+        (lines._solve_rows, case.lines, a[0], a[1]),
+        (plate_lines.solve_curvatures_of_rows, f, a),
+        (plate_lines.solve_twists_of_rows, f[:2], a)]
+    return {**named(calls, band), **named(rows, first, last, stride)}
 
 
-def named(calls, band):
-    """Return the calls by the names of their kernels, of which some do without an argument."""
+def named(calls, *last):
+    """
+    Return the calls by the names of their kernels, of which some do without an argument.
+
+    last: the last arguments of all.
+    """
     return {f'{call[0].py_func.__module__}.{call[0].__name__}'
-            + ' without' * any(one is None for one in call): (call[0], (*call[1:], band))
+            + ' without' * any(one is None for one in call): (call[0], (*call[1:], *last))
             for call in calls}
 
 
@@ -169,7 +197,31 @@ def test_hot_loops_are_vectors_of_their_precision(name, precision):
 
 @pytest.mark.parametrize('name', list(scalar_loops('float32')))
 def test_other_loops_in_float32_stay_in_it(name):
-    """All the way: only the sums over all nodes, elementwise.dot and norm2, are float64."""
+    """All the way: only the sums over all nodes, see sums, are float64."""
     code = machine_code(*scalar_loops('float32')[name])
     assert re.search(r'\bv?\w*(mul|add|sub)\w*[sp]s\s', code)
     assert not re.search(WIDENS, code)
+
+
+def sums_of(case):
+    """Return the loops that sum over all nodes."""
+    whole, room = case.mesh.band(), sums.Sums.of(galerkin.SYSTEM + 5)
+    segment = sums.Segment(*whole, at=np.uint64(0))
+    x, v, f, one = case.nodes.position, case.nodes.velocity, case.work.force, case.one
+    three = (1.0, 1.0, 1.0)
+    return named([
+        (sums._add_dot, x, v), (sums._add_norm2, x, case.mass),
+        (rigid._add_mass_center, x, case.mass), (rigid._add_moments, x, case.mass, three),
+        (rigid._add_momenta, x, v, case.mass, three),
+        (galerkin._add_products, x, v, f, case.mass),
+        (galerkin._add_work_of_plate, x, v, f, case.weights, (one, one, one)),
+        (galerkin._add_work_of_lines, x, v, case.family, case.lines)], room.lanes, segment)
+
+
+@pytest.mark.parametrize('precision', PRECISIONS)
+@pytest.mark.parametrize('name', list(sums_of(Case('float64'))))
+def test_sums_are_vectors_too(name, precision):
+    """Of float64, whatever the fields are."""
+    code = machine_code(*sums_of(Case(precision))[name])
+    register = 'zmm' if get_host_cpu_features().get('avx512f') else '[xy]mm'
+    assert re.search(rf'\bv?\w*(mul|add|sub)\w*pd\s.*%{register}', code)

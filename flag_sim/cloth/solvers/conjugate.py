@@ -29,12 +29,13 @@ multilevel (BPX) 63 and 77, of some two. Two to three times less work would stil
 than symplectic (see implicit).
 """
 from flag_sim.cloth.records import Band, Field
-from flag_sim.cloth.solvers.elementwise import add, dot, norm2
+from flag_sim.cloth.solvers.elementwise import add
 from flag_sim.cloth.solvers.matrix import multiply, System
-from flag_sim.jit.kernels import inner_kernel
+from flag_sim.cloth.solvers.sums import dot, norm2, Sums
+from flag_sim.jit.kernels import inner_kernel, wide_kernel
 
 
-@inner_kernel
+@wide_kernel
 def _turn(direction, kept, residual, inverse_mass, band):
     """Set the next direction: M^-1 residual and a part of the last direction that is kept."""
     first, last, _ = band
@@ -46,25 +47,26 @@ def _turn(direction, kept, residual, inverse_mass, band):
 
 @inner_kernel
 def solve(system: System, residual: Field, direction: Field, product: Field, solution: Field,
-          tolerance: float, limit: int, band: Band) -> None:
+          sums: Sums, limits: tuple[float, int], band: Band) -> None:
     """
-    Improve the solution [m/s] until its residual is small, at most `limit` times.
+    Improve the solution [m/s] until its residual is small.
 
-    residual: b - A solution [N s], kept up to date. direction, product: overwritten. tolerance:
-    of the residual, sqrt(r^T M^-1 r), as a part of that at the beginning.
+    residual: b - A solution [N s], kept up to date. direction, product: overwritten. limits:
+    of the residual, sqrt(r^T M^-1 r), as a part of that at the beginning, and of iterations.
 
     Nodes without inverse mass, pins and ghosts, have no direction and so keep their solution.
     """
     inverse_mass, number = system.sheet.inverse_mass, type(system.dt)
-    left = norm2(residual, inverse_mass, band)
+    tolerance, limit = limits
+    left = norm2(residual, inverse_mass, sums, band)
     enough = tolerance * tolerance * left
     _turn(direction, number(0.0), residual, inverse_mass, band)
     for _ in range(limit):
         if not left > enough:
             break
         multiply(system, direction, product, band)
-        length = number(left / dot(direction, product, band))
+        length = number(left / dot(direction, product, sums, band))
         add(solution, length, direction, band)
         add(residual, -length, product, band)
-        before, left = left, norm2(residual, inverse_mass, band)
+        before, left = left, norm2(residual, inverse_mass, sums, band)
         _turn(direction, number(left / before), residual, inverse_mass, band)

@@ -15,12 +15,10 @@
 """
 Sums and products of fields, node by node: what the methods put their steps together from.
 
-A field here is x, y and z at each node, three flat arrays (see records), of one unit. Sums are
-made node after node: in vectors, a fifth faster for the methods with sums in them, their order and
-so their last digits would be those of one kind of processor.
+A field here is x, y and z at each node, three flat arrays (see records), of one unit.
 """
 from flag_sim.cloth.records import Band, Field
-from flag_sim.jit.kernels import inner_kernel, wide_kernel
+from flag_sim.jit.kernels import wide_kernel
 import numpy as np
 
 
@@ -113,28 +111,3 @@ def set_combination(f: float, a: Field, g: float, b: Field, out: Field, band: Ba
         u, v, o = a[axis], b[axis], out[axis]
         for i in range(first, last):
             o[i] = f * u[i] + g * v[i]
-
-
-@inner_kernel
-def dot(a: Field, b: Field, band: Band) -> float:
-    """Return the sum of a . b over all nodes, in float64 whatever the fields are."""
-    ax, ay, az = a
-    bx, by, bz = b
-    first, last, _ = band
-    total = 0.0
-    for i in range(first, last):
-        total += (np.float64(ax[i]) * bx[i] + np.float64(ay[i]) * by[i]
-                  + np.float64(az[i]) * bz[i])
-    return total
-
-
-@inner_kernel
-def norm2(a: Field, weight: np.ndarray, band: Band) -> float:
-    """Return the sum of weight a . a over all nodes, in float64 whatever the fields are."""
-    x, y, z = a
-    first, last, _ = band
-    total = 0.0
-    for i in range(first, last):
-        ax, ay, az = np.float64(x[i]), np.float64(y[i]), np.float64(z[i])
-        total += weight[i] * (ax * ax + ay * ay + az * az)
-    return total

@@ -22,13 +22,17 @@ xpbd.
 """
 from flag_sim.cloth.records import Band, Field, NEXT, Vector, Weights
 from flag_sim.cloth.solvers.elementwise import set_combination
-from flag_sim.cloth.solvers.lines import work_of_lines
-from flag_sim.cloth.solvers.rigid import add_rigid, Body, inertia_of, rigid_of, take_rigid
-from flag_sim.jit.kernels import inner_kernel, kernel
+from flag_sim.cloth.solvers.rigid import (
+    add_rigid, Body, FOUR, inertia_of, rigid_of, SUMS, take_rigid, THREE, TWO, WIDTH)
+from flag_sim.cloth.solvers.sums import begin_sums, end_sums, segments_of, total
+from flag_sim.jit.kernels import inner_kernel, shared_kernel, wide_kernel
+from flag_sim.parallel.barrier import wait
 import numpy as np
 
 PARALLEL_TOLERANCE = 1e-9
 """Fraction of a field's square below which the field counts as parallel to another one."""
+SYSTEM = SUMS
+"""The first of this method's own sums, after those of rigid."""
 
 
 @inner_kernel
@@ -43,50 +47,80 @@ def _twist(x, i, e, s, d):
     return np.float64((x[i] - x[e]) - (x[s] - x[d]))
 
 
-@kernel
-def _work_of_plate(position, a, b, weights, bend, band):
+@wide_kernel
+def _add_work_of_lines(a, b, family, lines, lanes, segment):
     """
-    Return (a K a, a K b, b K b, f a, f b) of two fields of increments, in float64.
+    Add (a K a, a K b, b K b, f a, f b) of two fields of increments to a segment's sums.
+
+    K: h^2 times the springs' Hessian and h times that of the dashpots; f: h^2 times the forces.
+    """
+    ax, ay, az = a
+    bx, by, bz = b
+    nx, ny, nz = lines.direction
+    impulse, weight, tail, head = lines.impulse, family.weight, family.tail, family.head
+    stiffness = np.float64(family.elastic) + np.float64(family.viscous)
+    first, last, _, at = segment
+    for start in range(first, last, WIDTH):
+        for i in range(start, min(start + WIDTH, last)):
+            n, j, k = at + (i - start), i + tail, i + head
+            f = np.float64(nx[i] * (ax[k] - ax[j]) + ny[i] * (ay[k] - ay[j])
+                           + nz[i] * (az[k] - az[j]))
+            g = np.float64(nx[i] * (bx[k] - bx[j]) + ny[i] * (by[k] - by[j])
+                           + nz[i] * (bz[k] - bz[j]))
+            s = stiffness * weight[i]
+            lanes[n] += s * f * f
+            lanes[n + WIDTH] += s * f * g
+            lanes[n + TWO] += s * g * g
+            lanes[n + THREE] -= 2.0 * impulse[i] * f
+            lanes[n + FOUR] -= 2.0 * impulse[i] * g
+
+
+@wide_kernel
+def _add_work_of_plate(position, a, b, weights, bend, lanes, segment):
+    """
+    Add (a K a, a K b, b K b, f a, f b) of two fields of increments to a segment's sums.
 
     K: h^2 times the Hessian of bending, of constants bend [kg]; f: h^2 times its forces.
     """
     across, down, twist = np.float64(bend[0]), np.float64(bend[1]), np.float64(bend[2])
-    aa, ab, bb, fa, fb = 0.0, 0.0, 0.0, 0.0, 0.0
-    first, last, stride = band
+    first, last, stride, at = segment
     for axis in range(3):
         x, u, v = position[axis], a[axis], b[axis]
-        for i in range(first, last):
-            e, w, s, n, d = i + NEXT, i - NEXT, i + stride, i - stride, i + stride + NEXT
-            k = across * weights.bend_across[i]
-            c, f, g = _difference(x, w, i, e), _difference(u, w, i, e), _difference(v, w, i, e)
-            aa, ab, bb = aa + k * f * f, ab + k * f * g, bb + k * g * g
-            fa, fb = fa - k * c * f, fb - k * c * g
-            k = down * weights.bend_down[i]
-            c, f, g = _difference(x, n, i, s), _difference(u, n, i, s), _difference(v, n, i, s)
-            aa, ab, bb = aa + k * f * f, ab + k * f * g, bb + k * g * g
-            fa, fb = fa - k * c * f, fb - k * c * g
-            k = twist * weights.cell[i]
-            c, f, g = _twist(x, i, e, s, d), _twist(u, i, e, s, d), _twist(v, i, e, s, d)
-            aa, ab, bb = aa + k * f * f, ab + k * f * g, bb + k * g * g
-            fa, fb = fa - k * c * f, fb - k * c * g
-    return aa, ab, bb, fa, fb
+        for start in range(first, last, WIDTH):
+            for i in range(start, min(start + WIDTH, last)):
+                n = at + (i - start)
+                e, w, s, o, d = i + NEXT, i - NEXT, i + stride, i - stride, i + stride + NEXT
+                k = across * weights.bend_across[i]
+                c, f, g = _difference(x, w, i, e), _difference(u, w, i, e), _difference(v, w, i, e)
+                aa, ab, bb, fa, fb = k * f * f, k * f * g, k * g * g, k * c * f, k * c * g
+                k = down * weights.bend_down[i]
+                c, f, g = _difference(x, o, i, s), _difference(u, o, i, s), _difference(v, o, i, s)
+                aa, ab, bb = aa + k * f * f, ab + k * f * g, bb + k * g * g
+                fa, fb = fa + k * c * f, fb + k * c * g
+                k = twist * weights.cell[i]
+                c, f, g = _twist(x, i, e, s, d), _twist(u, i, e, s, d), _twist(v, i, e, s, d)
+                lanes[n] += aa + k * f * f
+                lanes[n + WIDTH] += ab + k * f * g
+                lanes[n + TWO] += bb + k * g * g
+                lanes[n + THREE] -= fa + k * c * f
+                lanes[n + FOUR] -= fb + k * c * g
 
 
-@inner_kernel
-def _products(a, b, c, mass, band):
-    """Return (a M a, a M b, b M b, a M c, b M c) of three fields, in float64."""
-    aa, ab, bb, ac, bc = 0.0, 0.0, 0.0, 0.0, 0.0
-    first, last, _ = band
+@wide_kernel
+def _add_products(a, b, c, mass, lanes, segment):
+    """Add (a M a, a M b, b M b, a M c, b M c) of three fields to a segment's sums."""
+    first, last, _, at = segment
     for axis in range(3):
         u, v, w = a[axis], b[axis], c[axis]
-        for i in range(first, last):
-            m, f, g = np.float64(mass[i]), np.float64(u[i]), np.float64(v[i])
-            aa += m * f * f
-            ab += m * f * g
-            bb += m * g * g
-            ac += m * f * w[i]
-            bc += m * g * w[i]
-    return aa, ab, bb, ac, bc
+        for start in range(first, last, WIDTH):
+            for i in range(start, min(start + WIDTH, last)):
+                n, m = at + (i - start), np.float64(mass[i])
+                f, g = np.float64(u[i]), np.float64(v[i])
+                lanes[n] += m * f * f
+                lanes[n + WIDTH] += m * f * g
+                lanes[n + TWO] += m * g * g
+                lanes[n + THREE] += m * f * w[i]
+                lanes[n + FOUR] += m * g * w[i]
 
 
 @inner_kernel
@@ -100,36 +134,39 @@ def _parts(system):
     return (a_rhs - ab * g) / aa, g
 
 
-@inner_kernel
-def _added(system, work):
-    """Return the sum of two systems (aa, ab, bb, a_rhs, b_rhs)."""
-    aa, ab, bb, a_rhs, b_rhs = system
-    k_aa, k_ab, k_bb, f_a, f_b = work
-    return aa + k_aa, ab + k_ab, bb + k_bb, a_rhs + f_a, b_rhs + f_b
-
-
-@kernel
+@shared_kernel
 def set_best(position: Field, body: Body, weights: Weights, bend: Vector, families: tuple,
-             scratch: tuple, band: Band) -> None:
+             scratch: tuple, bands: tuple[Band, Band], barrier: np.ndarray) -> None:
     """
     Set scratch.predicted to the best increments that scratch.free and scratch.forced span.
 
     bend: constants of bending, times h^2 [kg]. families: of springs, whose lines are in
     scratch.lines; see xpbd.Scratch. Rigid motion is set apart: no inner force acts on it, and it
-    stays as predicted.
+    stays as predicted. bands: a thread's nodes, and all. All threads of the barrier call it
+    together.
     """
-    a, b, predicted = scratch.free, scratch.forced, scratch.predicted
-    inertia = inertia_of(position, body, band)
-    rigid = rigid_of(position, predicted, body, inertia, band)
-    for field in (a, b, predicted):
-        take_rigid(position, field, body, inertia, band)
+    a, b, predicted, sums = scratch.free, scratch.forced, scratch.predicted, scratch.sums
+    band, whole = bands
+    inertia = inertia_of(position, body, sums, bands, barrier)
+    rigid_a, rigid_b, rigid = rigid_of(position, (a, b, predicted), body, inertia, sums, bands,
+                                       barrier)
+    take_rigid(position, body.inverse_mass, rigid_a, a, band)
+    take_rigid(position, body.inverse_mass, rigid_b, b, band)
+    take_rigid(position, body.inverse_mass, rigid, predicted, band)
+    wait(barrier)
 
-    system = _products(a, b, predicted, body.mass, band)
-    for one in range(4):
-        system = _added(system, work_of_lines(a, b, families[one], scratch.lines[one], band))
-    if max(bend) > 0.0:
-        system = _added(system, _work_of_plate(position, a, b, weights, bend, band))
-    f, g = _parts(system)
+    for number in range(*segments_of(band, whole)):
+        segment = begin_sums(sums, SYSTEM, 5, number, whole)
+        _add_products(a, b, predicted, body.mass, sums.lanes, segment)
+        for one in range(4):
+            _add_work_of_lines(a, b, families[one], scratch.lines[one], sums.lanes, segment)
+        if max(bend) > 0.0:
+            _add_work_of_plate(position, a, b, weights, bend, sums.lanes, segment)
+        end_sums(sums, SYSTEM, 5, number)
+    wait(barrier)
+    f, g = _parts((total(sums, SYSTEM, whole), total(sums, SYSTEM + 1, whole),
+                   total(sums, SYSTEM + 2, whole), total(sums, SYSTEM + 3, whole),
+                   total(sums, SYSTEM + 4, whole)))
     number = type(bend[0])
     set_combination(number(f), a, number(g), b, predicted, band)
     add_rigid(position, body.inverse_mass, rigid, predicted, band)

@@ -24,12 +24,13 @@ from flag_sim.cloth.model import Model
 from flag_sim.cloth.records import Field
 from flag_sim.cloth.solvers.conjugate import solve
 from flag_sim.cloth.solvers.elementwise import (
-    add, copy, dot, fill, norm2, scale, set_difference, set_sum)
+    add, copy, fill, scale, set_difference, set_sum)
 from flag_sim.cloth.solvers.matrix import (
     add_drag, FIELDS, Matrix, multiply, set_faces, set_springs, System)
 from flag_sim.cloth.solvers.rigid import (
-    add_rigid, Body, FREE, Freedom, freedom_of, inertia_of, rigid_of)
+    add_rigid, Body, FREE, Freedom, freedom_of, inertia_of, rigid_of, SUMS)
 from flag_sim.cloth.solvers.solver import Solver
+from flag_sim.cloth.solvers.sums import dot, norm2, Sums
 from flag_sim.cloth.springs import Springs
 from flag_sim.cloth.state import State
 from flag_sim.jit.kernels import inner_kernel, kernel
@@ -49,6 +50,7 @@ class Scratch(NamedTuple):
     product: Field
     guess: Field      # the velocities that forces are taken at [m/s]
     wind: Field       # the wind's forces there [N]
+    sums: Sums
     freedom: Freedom  # which rigid motions the pins leave free
 
     @classmethod
@@ -57,7 +59,7 @@ class Scratch(NamedTuple):
         fields = tuple(mesh.fields(FIELDS + 15))
         none = (0.0, 0.0, 0.0)
         return cls(Matrix.of(fields), *(fields[at:at + 3] for at in range(FIELDS, FIELDS + 15, 3)),
-                   Freedom(FREE, none, none))
+                   Sums.of(SUMS), Freedom(FREE, none, none))
 
 
 @inner_kernel
@@ -87,7 +89,7 @@ def _set_residual(velocity, velocity_out, force, system, residual, band):
 
 
 @inner_kernel
-def _lose_energy(velocity, velocity_out, system, residual, product, band):
+def _lose_energy(velocity, velocity_out, system, scratch, band):
     """
     See to it that a system that is not solved to the end gives no energy to the cloth.
 
@@ -99,11 +101,12 @@ def _lose_energy(velocity, velocity_out, system, residual, product, band):
     All but the last are losses. Where that might be more than the first makes up for, y is made as
     long as leaves r^T y = 0, the best that there is in its direction.
     """
-    gained = -dot(residual, velocity_out, band)
+    product, sums = scratch.product, scratch.sums
+    gained = -dot(scratch.residual, velocity_out, sums, band)
     set_difference(velocity_out, velocity, product, band)
-    if gained > 0.5 * norm2(product, system.sheet.mass, band):
+    if gained > 0.5 * norm2(product, system.sheet.mass, sums, band):
         multiply(system, velocity_out, product, band)
-        factor = 1.0 - gained / dot(velocity_out, product, band)
+        factor = 1.0 - gained / dot(velocity_out, product, sums, band)
         scale(velocity_out, type(system.dt)(factor), band)
 
 
@@ -140,16 +143,17 @@ def _keep_momentum(position, velocity_out, scratch, system, band):
     """
     nu, dt, change = system.coefficients.node_damping, system.dt, scratch.product
     body = Body(system.sheet.mass, system.sheet.inverse_mass, scratch.freedom)
-    inertia = inertia_of(position, body, band)
+    sums, bands, barrier = scratch.sums, (band, band), system.work.barrier
+    inertia = inertia_of(position, body, sums, bands, barrier)
     set_difference(velocity_out, scratch.guess, change, band)
     _drag_on(change, scratch, system, band)
     _set_inner(velocity_out, scratch, system, band)
-    rigid = rigid_of(position, change, body, inertia, band)
+    rigid, _, _ = rigid_of(position, (change, change, change), body, inertia, sums, bands, barrier)
     fill(change, type(dt)(0.0), band)
     add_rigid(position, body.inverse_mass, rigid, change, band)
     _drag_on(change, scratch, system, band)
-    inertial = norm2(change, body.mass, band)
-    resisting = (1.0 + dt * nu) * inertial + dot(change, scratch.residual, band)
+    inertial = norm2(change, body.mass, sums, band)
+    resisting = (1.0 + dt * nu) * inertial + dot(change, scratch.residual, sums, band)
     if resisting > 0.0:
         add(velocity_out, type(dt)(-inertial / resisting), change, band)
 
@@ -181,9 +185,9 @@ def _take_steps(nodes, nodes_out, sheet, coefficients, work, scratch, steps, ban
         if coefficients.wind.drag > 0.0:
             set_faces(nodes_out, coefficients.wind, sheet.weights, scratch.matrix, dt, band)
         # One step of Newton's method, which gives the cloth no energy and no momentum.
-        solve(system, residual, scratch.direction, scratch.product, velocity_out, TOLERANCE,
-              MAX_ITERATIONS, band)
-        _lose_energy(velocity, velocity_out, system, residual, scratch.product, band)
+        solve(system, residual, scratch.direction, scratch.product, velocity_out,
+              scratch.sums, (TOLERANCE, MAX_ITERATIONS), band)
+        _lose_energy(velocity, velocity_out, system, scratch, band)
         _keep_momentum(position, velocity_out, scratch, system, band)
         set_sum(position, dt, velocity_out, position_out, band)
         # The pole, and the attachment to the hoist.

@@ -19,13 +19,18 @@ All of it is linear in the nodes' increments d [m] of one step, as every spring 
 n that it has when the step begins. A spring from a to b then grows by n . (d_b - d_a), and its
 impulse, along n, turns nothing: the angular momentum of the nodes is kept, whatever is solved in
 which order, and however roughly (see xpbd).
+
+A family's lines have no node in common, so threads share them (see lanes), and wait for one
+another only from one family to the next.
 """
 import math
 from typing import NamedTuple
 
 from flag_sim.cloth.mesh import LEAST_LENGTH2, Mesh
 from flag_sim.cloth.records import Band, Field, NEXT
-from flag_sim.jit.kernels import inner_kernel, kernel
+from flag_sim.cloth.solvers.lanes import (
+    count_pieces, lanes_of, piece, row_range, ROWS, rows_of)
+from flag_sim.jit.kernels import inner_kernel, kernel, wide_kernel
 import numpy as np
 
 
@@ -60,7 +65,7 @@ class Lines(NamedTuple):
         return cls(tuple(fields[:3]), *fields[3:])
 
 
-@kernel
+@wide_kernel
 def set_lines(position: Field, predicted: Field, family: Family, tensest: float, lines: Lines,
               band: Band) -> None:
     """
@@ -94,134 +99,201 @@ def set_lines(position: Field, predicted: Field, family: Family, tensest: float,
 
 
 @kernel
-def factor_lines(inverse_mass: np.ndarray, family: Family, lines: Lines, band: Band) -> None:
+def factor_lines(inverse_mass: np.ndarray, family: Family, lines: Lines,
+                 bands: tuple[Band, Band]) -> None:
     """
-    Factor the systems of _solve_lines; no pivots are needed, as the diagonal outweighs the rest.
+    Factor the systems of project_lines; no pivots are needed, as the diagonal outweighs the rest.
 
     Two springs that follow each other meet in a node of inverse mass w. With the cosine c between
     them, the impulses p of a line have
 
         p - s w c p_before + s (w + w') p - s w' c' p_after = p_alone.
+
+    bands: whose lines are factored, and all nodes.
     """
-    nx, ny, nz = lines.direction
-    behind, inverse, passed = lines.behind, lines.inverse, lines.ahead
-    weight, tail, head = family.weight, family.tail, family.head
+    band, whole = bands
+    back = family.head - family.tail
+    if back == NEXT:
+        row, last_row = rows_of(band, whole)
+        while row < last_row:
+            begin, end = row_range(row, last_row, whole)
+            _factor_rows(inverse_mass, family, lines, begin, end, whole.stride)
+            row += ROWS
+    else:
+        lanes = lanes_of(back, band, whole)
+        count = count_pieces(whole.first, whole.last, lanes[2])
+        for n in range(count):
+            begin, end = piece(count - 1 - n, whole.first, whole.last, lanes)
+            _factor_piece(inverse_mass, family, lines, lines.ahead, begin, end)
+
+
+@inner_kernel
+def _factors(i, inverse_mass, family, direction, passed_before):
+    """Return behind, inverse and ahead of the spring i, given what the one before handed on."""
+    nx, ny, nz = direction
     number = type(family.rest)
     one, stiffness = number(1.0), number(0.5) * (family.elastic + family.viscous)
-    back = head - tail
-    first, last, _ = band
-    for i in range(first, last):
-        j, k = i - back, i + back
-        s = weight[i] * stiffness
-        ahead = s * inverse_mass[i + head]
-        own = s * inverse_mass[i + tail]
-        before = own * (nx[i] * nx[j] + ny[i] * ny[j] + nz[i] * nz[j])
-        pivot = one / (one + ahead + own - before * passed[j])
-        behind[i], inverse[i] = before, pivot
-        passed[i] = pivot * ahead * (nx[i] * nx[k] + ny[i] * ny[k] + nz[i] * nz[k])
+    back = family.head - family.tail
+    j, k = i - back, i + back
+    s = family.weight[i] * stiffness
+    ahead = s * inverse_mass[i + family.head]
+    own = s * inverse_mass[i + family.tail]
+    before = own * (nx[i] * nx[j] + ny[i] * ny[j] + nz[i] * nz[j])
+    pivot = one / (one + ahead + own - before * passed_before)
+    return before, pivot, pivot * ahead * (nx[i] * nx[k] + ny[i] * ny[k] + nz[i] * nz[k])
+
+
+@wide_kernel
+def _factor_piece(inverse_mass, family, lines, passed, begin, end):
+    """Factor a piece. passed: lines.ahead, of which it reads what it does not write."""
+    back = family.head - family.tail
+    for i in range(begin, end):
+        lines.behind[i], lines.inverse[i], lines.ahead[i] = _factors(
+            i, inverse_mass, family, lines.direction, passed[i - back])
+
+
+@inner_kernel
+def _factor_rows(inverse_mass, family, lines, begin, end, stride):
+    """Factor rows, in all of them one node after the other."""
+    for column in range(begin, begin + stride):
+        for i in range(column, end, stride):
+            lines.behind[i], lines.inverse[i], lines.ahead[i] = _factors(
+                i, inverse_mass, family, lines.direction, lines.ahead[i - NEXT])
 
 
 @kernel
 def project_lines(forced: Field, free: Field, inverse_mass: np.ndarray, family: Family,
-                  lines: Lines, impulses: tuple, band: Band) -> None:
+                  lines: Lines, impulses: tuple, bands: tuple[Band, Band]) -> None:
     """
     Let the springs act, half as stiff as they are, on two fields of increments at once.
 
     forced is under the springs' force; free only meets their stiffness, as if all were at rest.
-    impulses: two flat fields to compute in.
+    impulses: two flat fields to compute in, zero at ghosts. bands: whose lines act, and all
+    nodes.
     """
+    band, whole = bands
+    back = family.head - family.tail
     p, q = impulses
-    _set_impulses(forced, free, family, lines, p, q, band)
-    _solve_lines(lines, family.head - family.tail, p, q, band)
-    for axis in range(3):
-        _move(forced[axis], lines.direction[axis], p, inverse_mass, family.tail, family.head, band)
-        _move(free[axis], lines.direction[axis], q, inverse_mass, family.tail, family.head, band)
+    if back == NEXT:
+        row, last_row = rows_of(band, whole)
+        while row < last_row:
+            begin, end = row_range(row, last_row, whole)
+            _set_impulses(forced, free, family, lines, p, q, begin, end)
+            _solve_rows(lines, p, q, begin, end, whole.stride)
+            _move_row(forced, free, inverse_mass, lines, p, q, begin, end)
+            row += ROWS
+    else:
+        lanes = lanes_of(back, band, whole)
+        count = count_pieces(whole.first, whole.last, lanes[2])
+        for n in range(count):
+            begin, end = piece(count - 1 - n, whole.first, whole.last, lanes)
+            _eliminate_piece(forced, free, family, lines, impulses, impulses, begin, end)
+        # To before the first node, as a node is moved with the spring that ends at it.
+        start = whole.first - family.head
+        for n in range(count_pieces(start, whole.last, lanes[2])):
+            begin, end = piece(n, start, whole.last, lanes)
+            _move_piece((forced, free), inverse_mass, family, lines, impulses, impulses, begin,
+                        end)
 
 
 @inner_kernel
-def _set_impulses(forced, free, family, lines, p, q, band):
-    """Set the impulses that springs would have alone."""
+def _impulses(i, forced, free, family, lines):
+    """Return the impulses that the spring i would have alone."""
     ux, uy, uz = forced
     vx, vy, vz = free
     nx, ny, nz = lines.direction
-    impulse, weight, tail, head = lines.impulse, family.weight, family.tail, family.head
-    stiffness = type(family.rest)(0.5) * (family.elastic + family.viscous)
-    first, last, _ = band
-    for i in range(first, last):
-        a, b = i + tail, i + head
-        s = weight[i] * stiffness
-        p[i] = impulse[i] + s * (nx[i] * (ux[b] - ux[a]) + ny[i] * (uy[b] - uy[a])
-                                 + nz[i] * (uz[b] - uz[a]))
-        q[i] = s * (nx[i] * (vx[b] - vx[a]) + ny[i] * (vy[b] - vy[a]) + nz[i] * (vz[b] - vz[a]))
+    a, b = i + family.tail, i + family.head
+    s = family.weight[i] * (type(family.rest)(0.5) * (family.elastic + family.viscous))
+    return (lines.impulse[i] + s * (nx[i] * (ux[b] - ux[a]) + ny[i] * (uy[b] - uy[a])
+                                    + nz[i] * (uz[b] - uz[a])),
+            s * (nx[i] * (vx[b] - vx[a]) + ny[i] * (vy[b] - vy[a]) + nz[i] * (vz[b] - vz[a])))
+
+
+@wide_kernel
+def _eliminate_piece(forced, free, family, lines, impulses, before, begin, end):
+    """Set the impulses of a piece, given those of the piece before: the same fields once more."""
+    (p, q), (p_before, q_before) = impulses, before
+    behind, inverse = lines.behind, lines.inverse
+    back = family.head - family.tail
+    for i in range(begin, end):
+        alone_p, alone_q = _impulses(i, forced, free, family, lines)
+        p[i] = inverse[i] * (alone_p + behind[i] * p_before[i - back])
+        q[i] = inverse[i] * (alone_q + behind[i] * q_before[i - back])
+
+
+@wide_kernel
+def _move_piece(fields, inverse_mass, family, lines, impulses, after, begin, end):
+    """Set the impulses of a piece, given those of the piece after; move the nodes between."""
+    (ux, uy, uz), (vx, vy, vz) = fields
+    (p, q), (p_after, q_after) = impulses, after
+    nx, ny, nz = lines.direction
+    ahead = lines.ahead
+    head, back = family.head, family.head - family.tail
+    for i in range(begin, end):
+        k, node = i + back, i + head
+        p_k, q_k = p_after[k], q_after[k]
+        p_i, q_i = p[i] + ahead[i] * p_k, q[i] + ahead[i] * q_k
+        p[i], q[i] = p_i, q_i
+        w = inverse_mass[node]
+        ux[node] += w * (p_k * nx[k] - p_i * nx[i])
+        uy[node] += w * (p_k * ny[k] - p_i * ny[i])
+        uz[node] += w * (p_k * nz[k] - p_i * nz[i])
+        vx[node] += w * (q_k * nx[k] - q_i * nx[i])
+        vy[node] += w * (q_k * ny[k] - q_i * ny[i])
+        vz[node] += w * (q_k * nz[k] - q_i * nz[i])
+
+
+@wide_kernel
+def _set_impulses(forced, free, family, lines, p, q, begin, end):
+    """Set the impulses that springs would have alone."""
+    for i in range(begin, end):
+        p[i], q[i] = _impulses(i, forced, free, family, lines)
 
 
 @inner_kernel
-def _solve_lines(lines, back, p, q, band):
-    """Solve the tridiagonal systems for two right sides at once: each alone would wait as long."""
+def _solve_rows(lines, p, q, begin, end, stride):
+    """Solve the systems of rows, in all of them one node after the other."""
     behind, inverse, ahead = lines.behind, lines.inverse, lines.ahead
-    first, last, _ = band
-    for i in range(first, last):
-        j = i - back
-        p[i] = inverse[i] * (p[i] + behind[i] * p[j])
-        q[i] = inverse[i] * (q[i] + behind[i] * q[j])
-    for n in range(last - first):
-        i = last - NEXT - n
-        j = i + back
-        p[i] += ahead[i] * p[j]
-        q[i] += ahead[i] * q[j]
+    for column in range(begin, begin + stride):
+        for i in range(column, end, stride):
+            j = i - NEXT
+            p[i] = inverse[i] * (p[i] + behind[i] * p[j])
+            q[i] = inverse[i] * (q[i] + behind[i] * q[j])
+    for n in range(stride):
+        for i in range(begin + stride - NEXT - n, end, stride):
+            j = i + NEXT
+            p[i] += ahead[i] * p[j]
+            q[i] += ahead[i] * q[j]
 
 
-@inner_kernel
-def _move(d, n, p, inverse_mass, tail, head, band):
-    """Move each node by the impulses of the two springs of a line that meet in it."""
-    first, last, _ = band
-    for i in range(first, last):
-        a, b = i - tail, i - head
-        d[i] += inverse_mass[i] * (p[a] * n[a] - p[b] * n[b])
+@wide_kernel
+def _move_row(forced, free, inverse_mass, lines, p, q, begin, end):
+    """Move each node by the impulses of the two springs of a row that meet in it."""
+    ux, uy, uz = forced
+    vx, vy, vz = free
+    nx, ny, nz = lines.direction
+    for i in range(begin, end):
+        j, w = i - NEXT, inverse_mass[i]
+        ux[i] += w * (p[i] * nx[i] - p[j] * nx[j])
+        uy[i] += w * (p[i] * ny[i] - p[j] * ny[j])
+        uz[i] += w * (p[i] * nz[i] - p[j] * nz[j])
+        vx[i] += w * (q[i] * nx[i] - q[j] * nx[j])
+        vy[i] += w * (q[i] * ny[i] - q[j] * ny[j])
+        vz[i] += w * (q[i] * nz[i] - q[j] * nz[j])
 
 
-@kernel
+@wide_kernel
 def apply_impulses(field: Field, inverse_mass: np.ndarray, family: Family, lines: Lines,
-                   doubled: np.ndarray, band: Band) -> None:
-    """
-    Move a field of increments by the springs' whole impulses, as if nothing gave way.
-
-    doubled: a flat field to compute in.
-    """
-    impulse = lines.impulse
+                   band: Band) -> None:
+    """Move a field of increments by the springs' whole impulses, as if nothing gave way."""
+    x, y, z = field
+    nx, ny, nz = lines.direction
+    impulse, tail, head = lines.impulse, family.tail, family.head
     two = type(family.rest)(2.0)
     first, last, _ = band
     for i in range(first, last):
-        doubled[i] = two * impulse[i]
-    for axis in range(3):
-        _move(field[axis], lines.direction[axis], doubled, inverse_mass, family.tail,
-              family.head, band)
-
-
-@kernel
-def work_of_lines(a: Field, b: Field, family: Family, lines: Lines, band: Band) -> tuple:
-    """
-    Return (a K a, a K b, b K b, f a, f b) of two fields of increments, in float64.
-
-    K: h^2 times the springs' Hessian and h times that of the dashpots; f: h^2 times the forces.
-    """
-    ax, ay, az = a
-    bx, by, bz = b
-    nx, ny, nz = lines.direction
-    impulse, weight, tail, head = lines.impulse, family.weight, family.tail, family.head
-    stiffness = np.float64(family.elastic) + np.float64(family.viscous)
-    aa, ab, bb, fa, fb = 0.0, 0.0, 0.0, 0.0, 0.0
-    first, last, _ = band
-    for i in range(first, last):
-        j, k = i + tail, i + head
-        f = np.float64(nx[i] * (ax[k] - ax[j]) + ny[i] * (ay[k] - ay[j])
-                       + nz[i] * (az[k] - az[j]))
-        g = np.float64(nx[i] * (bx[k] - bx[j]) + ny[i] * (by[k] - by[j])
-                       + nz[i] * (bz[k] - bz[j]))
-        s = stiffness * weight[i]
-        aa += s * f * f
-        ab += s * f * g
-        bb += s * g * g
-        fa -= 2.0 * impulse[i] * f
-        fb -= 2.0 * impulse[i] * g
-    return aa, ab, bb, fa, fb
+        a, b, w = i - tail, i - head, inverse_mass[i]
+        p, q = two * impulse[a], two * impulse[b]
+        x[i] += w * (p * nx[a] - q * nx[b])
+        y[i] += w * (p * ny[a] - q * ny[b])
+        z[i] += w * (p * nz[a] - q * nz[b])

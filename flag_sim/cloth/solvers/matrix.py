@@ -31,7 +31,7 @@ from flag_sim.cloth.forces import Coefficients, Work
 from flag_sim.cloth.mesh import LEAST_AREA2, LEAST_LENGTH2
 from flag_sim.cloth.records import Band, Field, NEXT, Nodes, Sheet, Weights
 from flag_sim.cloth.springs import Springs
-from flag_sim.jit.kernels import inner_kernel
+from flag_sim.jit.kernels import inner_kernel, wide_kernel
 
 FIELDS = 22
 """Flat fields that a Matrix lies in."""
@@ -86,7 +86,7 @@ def _spring_terms(position, i, j, weight, stiff, damp, rest):
     return tension, (size * dx, size * dy, size * dz)
 
 
-@inner_kernel
+@wide_kernel
 def set_springs(position: Field, weights: Weights, springs: Springs, matrix: Matrix, dt: float,
                 band: Band) -> None:
     """Fill the springs' part of the matrix at positions."""
@@ -131,7 +131,7 @@ def _face_terms(nodes, corners, wind, drag, weight):
     return size * ax, size * ay, size * az
 
 
-@inner_kernel
+@wide_kernel
 def set_faces(nodes: Nodes, wind: Wind, weights: Weights, matrix: Matrix, dt: float,
               band: Band) -> None:
     """Fill the wind's part of the matrix: the derivative of the drag laws."""
@@ -145,7 +145,7 @@ def set_faces(nodes: Nodes, wind: Wind, weights: Weights, matrix: Matrix, dt: fl
         lx[i], ly[i], lz[i] = _face_terms(nodes, (d, s, e), wind, drag, weight)
 
 
-@inner_kernel
+@wide_kernel
 def _multiply_springs(matrix, mass, inertia, field, product, band):
     """Set the product to that of masses and springs; each node gathers from the eight it has."""
     x, y, z = field
@@ -190,7 +190,7 @@ def _multiply_springs(matrix, mass, inertia, field, product, band):
                                pz + t * uz + g * fz[nw])
 
 
-@inner_kernel
+@wide_kernel
 def _set_face_drag(matrix, field, faces, band):
     """Fill half of what each face answers to the change of its velocity by the field."""
     x, y, z = field

@@ -39,11 +39,16 @@ from typing import NamedTuple
 
 from flag_sim.cloth.model import Model
 from flag_sim.cloth.records import Band, Field, NEXT, Sheet, Vector
-from flag_sim.cloth.solvers.elementwise import fill
-from flag_sim.jit.kernels import kernel, wide_kernel
+from flag_sim.cloth.solvers.lanes import (
+    count_pieces, lanes_of, piece, row_range, ROWS, rows_of)
+from flag_sim.cloth.solvers.plate_lines import (
+    eliminate_curvatures, eliminate_twists, insert_curvatures, insert_twists, move_curved,
+    move_twisted, set_curvatures, set_twists, solve_curvatures_of_rows, solve_twists_of_rows)
+from flag_sim.jit.kernels import kernel, shared_kernel
+from flag_sim.parallel.barrier import wait
 import numpy as np
 
-FIELDS = 15
+FIELDS = 18
 """Flat fields that a Plate lies in."""
 
 CARRIED = 2.0**-10
@@ -66,6 +71,7 @@ class Plate(NamedTuple):
     share_across: np.ndarray  # the inverse mass of a node is the product of these [kg^-1/2]
     share_down: np.ndarray
     multipliers: tuple   # x, y, z of the multipliers [kg m]
+    multipliers_of_free: tuple  # and of those of a second field
     most: float          # greatest constant s that the fields' precision carries [kg]
 
     @classmethod
@@ -74,7 +80,7 @@ class Plate(NamedTuple):
         mesh = model.mesh
         fields = tuple(mesh.fields(FIELDS))
         plate = cls(fields[:3], fields[3:6], fields[6:8], fields[8:10], fields[10], fields[11],
-                    fields[12:15],
+                    fields[12:15], fields[15:],
                     mesh.number(model.cell_mass * CARRIED / np.finfo(mesh.precision).eps))
         share = mesh.grid(mesh.mass_share) / mesh.grid(mesh.mass_share)[0, 0]
         unit = 2.0 / math.sqrt(model.cell_mass)
@@ -120,7 +126,7 @@ def _factor_twists(share, weight, root, back, factors, band):
 
 
 @kernel
-def _constants(bend, dt, plate):
+def plate_constants(bend: Vector, dt: float, plate: Plate) -> Vector:
     """Return the constants s [kg] across, down and of twist in steps of dt [s]."""
     h2 = dt * dt
     return (min(h2 * bend[0], plate.most), min(h2 * bend[1], plate.most),
@@ -128,9 +134,9 @@ def _constants(bend, dt, plate):
 
 
 @kernel
-def factor_plate(sheet: Sheet, bend: Vector, dt: float, plate: Plate, band: Band) -> None:
-    """Factor the matrices for steps of dt [s]."""
-    across, down, twist = _constants(bend, dt, plate)
+def factor_plate(sheet: Sheet, constants: Vector, plate: Plate, band: Band) -> None:
+    """Factor the matrices, for constants of plate_constants."""
+    across, down, twist = constants
     root = math.sqrt(twist)
     stride = band.stride
     inverse_mass, weights = sheet.inverse_mass, sheet.weights
@@ -140,128 +146,96 @@ def factor_plate(sheet: Sheet, bend: Vector, dt: float, plate: Plate, band: Band
     _factor_twists(plate.share_down, weights.cell, root, stride, plate.twist_down, band)
 
 
-@wide_kernel
-def _add_curvatures(field, weight, stiffness, back, multipliers, band):
-    """Add the multipliers [kg m] that curvatures of a field would have if nothing gave way."""
-    first, last, _ = band
-    for axis in range(3):
-        x, p = field[axis], multipliers[axis]
-        for i in range(first, last):
-            j, k = i - back, i + back
-            p[i] += stiffness * weight[i] * ((x[k] - x[i]) - (x[i] - x[j]))
+@kernel
+def _project_columns(base, increments, sheet, stiffness, plate, p, bands):
+    """Let the curvatures of the columns act, each thread's on its own; see project_plate."""
+    (band, whole), weight = bands, sheet.weights.bend_down
+    stride = band.stride
+    lanes = lanes_of(stride, band, whole)
+    nodes = count_pieces(whole.first, whole.last, lanes[2])
+    for n in range(nodes):
+        first, last = piece(n, whole.first, whole.last, lanes)
+        set_curvatures(base, increments, weight, stiffness, stride, p, first, last)
+    # The first and the last node of a column have no curvature, and no neighbours beyond.
+    begin, end = whole.first + stride, whole.last - stride
+    count = count_pieces(begin, end, lanes[2])
+    for n in range(count):
+        first, last = piece(count - 1 - n, begin, end, lanes)
+        eliminate_curvatures(plate.down, stride, p, p, first, last)
+    for n in range(count):
+        first, last = piece(n, begin, end, lanes)
+        insert_curvatures(plate.down, stride, p, p, first, last)
+    for n in range(nodes):
+        first, last = piece(n, whole.first, whole.last, lanes)
+        move_curved(increments, sheet.inverse_mass, stride, p, first, last)
 
 
 @kernel
-def _solve_curvatures(factors, back, multipliers, band):
-    """
-    Solve L P L^T p' = p in place, for lines with nodes `back` apart.
-
-    Only nodes that have a curvature are looked at: two lines before others there is no memory.
-    """
-    inverse, below, second = factors
-    px, py, pz = multipliers
-    first, last, _ = band
-    for i in range(first, last):
-        if inverse[i] > 0.0:
-            h, j = i - back - back, i - back
-            a, b = below[i], second[i]
-            px[i] -= b * px[h] + a * px[j]
-            py[i] -= b * py[h] + a * py[j]
-            pz[i] -= b * pz[h] + a * pz[j]
-    for n in range(last - first):
-        i = last - NEXT - n
-        if inverse[i] > 0.0:
-            j, k = i + back, i + back + back
-            c, a, b = inverse[i], below[j], second[k]
-            px[i] = c * px[i] - b * px[k] - a * px[j]
-            py[i] = c * py[i] - b * py[k] - a * py[j]
-            pz[i] = c * pz[i] - b * pz[k] - a * pz[j]
-
-
-@wide_kernel
-def _move_curved(field, inverse_mass, back, multipliers, band):
-    """Move each node by the three curvatures of a line that it has a part in."""
-    first, last, _ = band
-    for axis in range(3):
-        x, p = field[axis], multipliers[axis]
-        for i in range(first, last):
-            x[i] -= inverse_mass[i] * ((p[i + back] - p[i]) - (p[i] - p[i - back]))
+def _project_rows(base, increments, sheet, stiffness, plate, p, bands):
+    """Let the curvatures of the rows act, each thread's on its own; see project_plate."""
+    (band, whole), weight = bands, sheet.weights.bend_across
+    row, last_row = rows_of(band, whole)
+    while row < last_row:
+        begin, end = row_range(row, last_row, whole)
+        set_curvatures(base, increments, weight, stiffness, NEXT, p, begin, end)
+        solve_curvatures_of_rows(plate.across, p, begin, end, whole.stride)
+        move_curved(increments, sheet.inverse_mass, NEXT, p, begin, end)
+        row += ROWS
 
 
 @kernel
-def _solve_twists(factors, back, multipliers, band):
-    """Solve L P L^T p' = p in place, for lines with cells `back` apart."""
-    inverse, below = factors
-    px, py, pz = multipliers
-    first, last, _ = band
-    for i in range(first, last):
-        j, a = i - back, below[i]
-        px[i] -= a * px[j]
-        py[i] -= a * py[j]
-        pz[i] -= a * pz[j]
-    for n in range(last - first):
-        i = last - NEXT - n
-        j, c, a = i + back, inverse[i], below[i + back]
-        px[i] = c * px[i] - a * px[j]
-        py[i] = c * py[i] - a * py[j]
-        pz[i] = c * pz[i] - a * pz[j]
-
-
-@wide_kernel
-def _add_twists(field, weight, stiffness, multipliers, band):
-    """Add the multipliers [kg m] that twists of a field would have if nothing gave way."""
-    first, last, stride = band
-    for axis in range(3):
-        x, p = field[axis], multipliers[axis]
-        for i in range(first, last):
-            e, s, d = i + NEXT, i + stride, i + stride + NEXT
-            p[i] += stiffness * weight[i] * ((x[i] - x[e]) - (x[s] - x[d]))
-
-
-@wide_kernel
-def _move_twisted(field, inverse_mass, multipliers, band):
-    """Move each node by the twists of the four cells that meet in it."""
-    first, last, stride = band
-    for axis in range(3):
-        x, p = field[axis], multipliers[axis]
-        for i in range(first, last):
-            w, n = i - NEXT, i - stride
-            x[i] -= inverse_mass[i] * ((p[i] - p[w]) - (p[n] - p[n - NEXT]))
+def _solve_twists(base, increments, sheet, stiffness, plate, p, bands):
+    """Set the multipliers of all twists, but for what the columns make of them."""
+    band, whole = bands
+    row, last_row = rows_of(band, whole)
+    while row < last_row:
+        begin, end = row_range(row, last_row, whole)
+        set_twists(base, increments, sheet.weights.cell, stiffness, whole.stride, p, begin, end)
+        solve_twists_of_rows(plate.twist_across, p, begin, end, whole.stride)
+        row += ROWS
 
 
 @kernel
-def project_plate(base: Field | None, increments: Field, sheet: Sheet, bend: Vector, dt: float,
-                  plate: Plate, band: Band) -> None:
+def _solve_twists_of_columns(plate, p, bands):
+    """Set the multipliers of all twists, given what _solve_twists has made of them."""
+    band, whole = bands
+    stride = band.stride
+    lanes = lanes_of(stride, band, whole)
+    count = count_pieces(whole.first, whole.last, lanes[2])
+    for n in range(count):
+        begin, end = piece(count - 1 - n, whole.first, whole.last, lanes)
+        eliminate_twists(plate.twist_down, stride, p, p, begin, end)
+    for n in range(count):
+        begin, end = piece(n, whole.first, whole.last, lanes)
+        insert_twists(plate.twist_down, stride, p, p, begin, end)
+
+
+@shared_kernel
+def project_plate(base: Field, forced: Field, free: Field, sheet: Sheet, constants: Vector,
+                  plate: Plate, bands: tuple[Band, Band], barrier: np.ndarray) -> None:
     """
     Let bending act on increments d (x, y, z) [m]: twists, curvatures of columns, then of rows.
 
-    base: positions that have curvatures too; None where the plate only resists. Theirs are added
-    to those of d, not taken of the sum, which would be rounded as positions are. The matrices are
-    those of the last factor_plate.
+    forced: of a cloth at positions base, which have curvatures too. Theirs are added to those of
+    d, not taken of the sum, which would be rounded as positions are. free: of one that is flat.
+    constants: of plate_constants; the matrices are those of the last factor_plate. bands: whose
+    lines act, and all nodes.
     """
-    across, down, twist = _constants(bend, dt, plate)
-    weights, inverse_mass = sheet.weights, sheet.inverse_mass
-    stride, p = band.stride, plate.multipliers
-    zero = type(dt)(0.0)
-    # Twists of all cells.
-    fill(p, zero, band)
-    if base is not None:
-        _add_twists(base, weights.cell, twist, p, band)
-    _add_twists(increments, weights.cell, twist, p, band)
-    _solve_twists(plate.twist_across, NEXT, p, band)
-    _solve_twists(plate.twist_down, stride, p, band)
-    _move_twisted(increments, inverse_mass, p, band)
-    # Curvatures of the columns.
-    fill(p, zero, band)
-    if base is not None:
-        _add_curvatures(base, weights.bend_down, down, stride, p, band)
-    _add_curvatures(increments, weights.bend_down, down, stride, p, band)
-    _solve_curvatures(plate.down, stride, p, band)
-    _move_curved(increments, inverse_mass, stride, p, band)
-    # Curvatures of the rows.
-    fill(p, zero, band)
-    if base is not None:
-        _add_curvatures(base, weights.bend_across, across, NEXT, p, band)
-    _add_curvatures(increments, weights.bend_across, across, NEXT, p, band)
-    _solve_curvatures(plate.across, NEXT, p, band)
-    _move_curved(increments, inverse_mass, NEXT, p, band)
+    across, down, twist = constants
+    inverse_mass, band = sheet.inverse_mass, bands[0]
+    p, q = plate.multipliers, plate.multipliers_of_free
+    _solve_twists(base, forced, sheet, twist, plate, p, bands)
+    _solve_twists(None, free, sheet, twist, plate, q, bands)
+    wait(barrier)
+    _solve_twists_of_columns(plate, p, bands)
+    _solve_twists_of_columns(plate, q, bands)
+    wait(barrier)
+    move_twisted(forced, inverse_mass, p, band)
+    move_twisted(free, inverse_mass, q, band)
+    wait(barrier)
+    _project_columns(base, forced, sheet, down, plate, p, bands)
+    _project_columns(None, free, sheet, down, plate, q, bands)
+    wait(barrier)
+    _project_rows(base, forced, sheet, across, plate, p, bands)
+    _project_rows(None, free, sheet, across, plate, q, bands)
+    wait(barrier)

@@ -22,18 +22,20 @@ from flag_sim.cloth.collision import collide
 from flag_sim.cloth.forces import Coefficients, set_forces
 from flag_sim.cloth.material import Air
 from flag_sim.cloth.model import Model
-from flag_sim.cloth.records import Field, NEXT
+from flag_sim.cloth.records import Band, Field, NEXT
 from flag_sim.cloth.solvers.elementwise import add_weighted, copy, fill
-from flag_sim.cloth.solvers.galerkin import set_best
+from flag_sim.cloth.solvers.galerkin import set_best, SYSTEM
 from flag_sim.cloth.solvers.lines import (
     apply_impulses, factor_lines, Family, Lines, project_lines, set_lines)
-from flag_sim.cloth.solvers.plate import factor_plate, Plate, project_plate
+from flag_sim.cloth.solvers.plate import factor_plate, Plate, plate_constants, project_plate
 from flag_sim.cloth.solvers.rigid import Body, FREE, Freedom, freedom_of
 from flag_sim.cloth.solvers.solver import Solver
+from flag_sim.cloth.solvers.sums import Sums
 from flag_sim.cloth.springs import Springs
 from flag_sim.cloth.stability import membrane_frequency_bound
 from flag_sim.cloth.state import State
-from flag_sim.jit.kernels import kernel, wide_kernel
+from flag_sim.jit.kernels import kernel, shared_kernel, wide_kernel
+from flag_sim.parallel.barrier import wait
 import numpy as np
 
 MAX_STEP_TIMES_OMEGA = 4.0
@@ -60,6 +62,8 @@ class Scratch(NamedTuple):
     plate: Plate
     cell_mass: float   # of a node inside [kg]
     freedom: Freedom   # which rigid motions the pins leave free
+    whole: Band        # all nodes
+    sums: Sums
 
     @classmethod
     def of(cls, model: Model) -> 'Scratch':
@@ -68,7 +72,7 @@ class Scratch(NamedTuple):
         none = (0.0, 0.0, 0.0)
         return cls(tuple(Lines.of(model.mesh) for _ in range(4)), fields[:3], fields[3:6],
                    fields[6:9], fields[9:], Plate.of(model), model.mesh.number(model.cell_mass),
-                   Freedom(FREE, none, none))
+                   Freedom(FREE, none, none), model.mesh.band(), Sums.of(SYSTEM + 5))
 
 
 @wide_kernel
@@ -86,10 +90,11 @@ def _predict(velocity, force, inverse_mass, predicted, dt, keep, band):
             d[i] = dt * (keep * v[i] + dt * f[i] * inverse_mass[i])
 
 
-@kernel
+@shared_kernel
 def _add_bending(position, sheet, bend, work, increments, dt, band):
     """Add to increments what bending alone adds to them in a step; work is overwritten."""
     set_moments(position, sheet.weights, bend, work.moments, band)
+    wait(work.barrier)
     fill(work.force, type(dt)(0.0), band)
     add_bending_forces(work.moments, work.force, band)
     add_weighted(increments, dt * dt, sheet.inverse_mass, work.force, band)
@@ -106,8 +111,8 @@ def _families(weights, springs, dt, stride):
             Family(weights.cell, h2 * k[2], dt * c[2], rest[2], none, stride + NEXT))
 
 
-@kernel
-def _sweep(position, sheet, bend, families, scratch, dt, band):
+@shared_kernel
+def _sweep(position, sheet, constants, families, scratch, bands, barrier):
     """
     Let all families act on both fields, inwards and outwards again, each time half as stiff.
 
@@ -117,14 +122,14 @@ def _sweep(position, sheet, bend, families, scratch, dt, band):
     forced, free, lines, impulses = scratch.forced, scratch.free, scratch.lines, scratch.impulses
     inverse_mass = sheet.inverse_mass
     for one in range(4):
-        project_lines(forced, free, inverse_mass, families[one], lines[one], impulses, band)
-    if max(bend) > 0.0:
-        plate = scratch.plate
-        project_plate(position, forced, sheet, bend, dt, plate, band)
-        project_plate(None, free, sheet, bend, dt, plate, band)
+        project_lines(forced, free, inverse_mass, families[one], lines[one], impulses, bands)
+        wait(barrier)
+    if max(constants) > 0.0:
+        project_plate(position, forced, free, sheet, constants, scratch.plate, bands, barrier)
     for one in range(4):
         project_lines(forced, free, inverse_mass, families[3 - one], lines[3 - one], impulses,
-                      band)
+                      bands)
+        wait(barrier)
 
 
 @wide_kernel
@@ -139,7 +144,7 @@ def _advance(position, increments, nodes_out, dt, band):
             v_out[i] = d[i] / dt
 
 
-@kernel
+@shared_kernel
 def _take_steps(nodes, nodes_out, sheet, coefficients, work, scratch, steps, band):
     """Take steps as Solver.take_steps says."""
     dt = steps.dt
@@ -160,8 +165,10 @@ def _take_steps(nodes, nodes_out, sheet, coefficients, work, scratch, steps, ban
     body = Body(sheet.mass, sheet.inverse_mass, scratch.freedom)
     tensest = number(0.5 * MAX_TENSION) * scratch.cell_mass
     predicted, forced, free = scratch.predicted, scratch.forced, scratch.free
-    if max(bend) > 0.0:
-        factor_plate(sheet, bend, dt, scratch.plate, band)
+    bands, barrier = (band, scratch.whole), work.barrier
+    constants = plate_constants(bend, dt, scratch.plate)
+    if max(bend) > 0.0 and band.first == scratch.whole.first:
+        factor_plate(sheet, constants, scratch.plate, scratch.whole)
     for _ in range(steps.count):
         # Weight and wind (eqs. 1.1, 1.3, 1.4), and where these and inertia alone take the nodes.
         set_forces(nodes, sheet, outside, work, dt, band)
@@ -172,17 +179,21 @@ def _take_steps(nodes, nodes_out, sheet, coefficients, work, scratch, steps, ban
         copy(predicted, free, band)
         if max(bend) > 0.0:
             _add_bending(nodes.position, sheet, bend, work, free, dt, band)
+        wait(barrier)
         for one in range(4):
             set_lines(nodes.position, predicted, families[one], tensest, scratch.lines[one], band)
-            factor_lines(sheet.inverse_mass, families[one], scratch.lines[one], band)
-            apply_impulses(free, sheet.inverse_mass, families[one], scratch.lines[one],
-                           scratch.impulses[0], band)
+        wait(barrier)
+        for one in range(4):
+            factor_lines(sheet.inverse_mass, families[one], scratch.lines[one], bands)
+            apply_impulses(free, sheet.inverse_mass, families[one], scratch.lines[one], band)
+        wait(barrier)
         # One sweep over all springs and curvatures, and the best of what it finds.
-        _sweep(nodes.position, sheet, bend, families, scratch, dt, band)
-        set_best(nodes.position, body, sheet.weights, bend_h2, families, scratch, band)
+        _sweep(nodes.position, sheet, constants, families, scratch, bands, barrier)
+        set_best(nodes.position, body, sheet.weights, bend_h2, families, scratch, bands, barrier)
         _advance(nodes.position, predicted, nodes_out, dt, band)
         # The pole, and the attachment to the hoist.
         collide(nodes, nodes_out, coefficients.limits, work.contact, band)
+        wait(barrier)
         nodes, nodes_out = nodes_out, nodes
 
 
@@ -207,7 +218,7 @@ class XPBD(Solver):
     give way. So steps are at most MAX_STEP_TIMES_OMEGA / omega long. Across a spring its tension T
     acts explicitly, stable while the sum of h^2 T / length over a node's eight springs is at most
     twice its mass: no tension exceeds MAX_TENSION, which is reached at a strain of 14 % in the
-    longest steps. A step is twice as long as one of symplectic and costs thirteen times as much,
+    longest steps. A step is twice as long as one of symplectic and costs eight times as much,
     so no error is reached fastest with it. It is provided as a stable XPBD to compare with.
     """
 
@@ -215,6 +226,7 @@ class XPBD(Solver):
     drag_order = DRAG_ORDER
     useful_step = 1.0 / 600.0
     take_steps = staticmethod(_take_steps)
+    is_parallel = True
 
     @classmethod
     def new_scratch(cls, model: Model) -> Scratch:
