@@ -33,7 +33,7 @@ from flag_sim.drawing.polygon import new_polygon, Polygon
 from flag_sim.drawing.rasterizer import rasterize, RasterizerState, Target
 from flag_sim.drawing.surfaces import new_shading, Shading, Surfaces
 from flag_sim.drawing.triangle_setup import Batch, new_batch
-from flag_sim.drawing.visibility import new_primitives, NO_PRIMITIVE, Primitives, write_visibility
+from flag_sim.drawing.visibility import NO_FACE, write_faces
 from flag_sim.jit.kernels import late_kernel
 from flag_sim.parallel.atomics import fetch_add
 
@@ -44,16 +44,15 @@ class Buffers(NamedTuple):
     """
     One thread's buffers, in which it draws one band after another.
 
-    colour, depth, primitive_ids: see rasterizer.Target, of a band's rows and one more above and
-    below, `stride` pixels each; primitive_ids, primitives and shading are of size 0 if they are
-    not wanted; in_band, in_tiles: indices of triangles; tiles: see multisample; batch, polygon:
-    memory for the rasterizer.
+    colour, depth, faces: see rasterizer.Target, of a band's rows and one more above and below,
+    `stride` pixels each; faces and shading are of size 0 if they are not wanted; in_band,
+    in_tiles: indices of triangles; tiles: see multisample; batch, polygon: memory for the
+    rasterizer.
     """
 
     colour: np.ndarray
     depth: np.ndarray
-    primitive_ids: np.ndarray
-    primitives: Primitives
+    faces: np.ndarray
     shading: Shading
     in_band: np.ndarray
     in_tiles: np.ndarray
@@ -63,13 +62,9 @@ class Buffers(NamedTuple):
     stride: int
 
 
-def new_buffers(width: int, triangles: int, has_samples: bool, primitives: int,
-                shaded: int = 0) -> Buffers:
-    """
-    Make Buffers for an image `width` pixels wide.
-
-    triangles, primitives, shaded: for how many, the last for primitives whose pixels are shaded.
-    """
+def new_buffers(width: int, triangles: int, has_samples: bool, has_faces: bool,
+                is_shaded: bool = False) -> Buffers:
+    """Make Buffers for an image `width` pixels wide, and for so many triangles."""
     stride = -(-width // LANES) * LANES
     pixels, samples = (BAND + 2) * stride, BAND * stride * has_samples
     tiles = Tiles(
@@ -77,8 +72,7 @@ def new_buffers(width: int, triangles: int, has_samples: bool, primitives: int,
         np.empty(samples, np.uint32), np.empty(samples, np.float32),
         np.empty((2, samples), np.uint32))
     return Buffers(np.empty(pixels, np.uint32), np.empty(pixels, np.float32),
-                   np.empty(pixels if primitives else 0, np.uint32), new_primitives(primitives),
-                   new_shading(shaded, stride if shaded else 0),
+                   np.empty(pixels * has_faces, np.uint32), new_shading(is_shaded),
                    *np.empty((2, triangles + 1), np.int32), tiles, new_batch(), new_polygon(),
                    stride)
 
@@ -146,28 +140,27 @@ def draw_bands(taken, geometry, colours, order, settings, buffers, images, rare)
 @late_kernel
 def _draw_band(geometry, colours, indices, settings, region, buffers, images, rare):
     """Draw a band: a Region with a row more above and below if there are several samples."""
-    colour, depth, primitive_ids = buffers.colour, buffers.depth, buffers.primitive_ids
+    colour, depth, faces = buffers.colour, buffers.depth, buffers.faces
     is_perspective = geometry.transform.is_perspective
     clear(buffers, settings, region)
-    target = Target(colour, depth, primitive_ids, buffers.primitives, region.top,
-                    region.top + region.rows, settings.width, region.stride)
+    target = Target(colour, depth, faces, region.top, region.top + region.rows, settings.width,
+                    region.stride)
     # Two calls, for it is the same kernel whatever else is rare.
     if rare is None:
-        end_id = rasterize(geometry, colours, indices, settings.state, target, buffers.batch,
-                           buffers.polygon, None)
+        rasterize(geometry, colours, indices, settings.state, target, buffers.batch,
+                  buffers.polygon, None)
     else:
-        end_id = rasterize(geometry, colours, indices, settings.state, target, buffers.batch,
-                           buffers.polygon, True)
+        rasterize(geometry, colours, indices, settings.state, target, buffers.batch,
+                  buffers.polygon, True)
     border = 1 if settings.pattern.shape[0] > 1 else 0
     own = Region(region.top, border, region.rows - 2 * border, region.left, region.right,
                  region.stride)
     if images.depth.size > 0:
         write_depth(depth, own, is_perspective, images.depth)
     if rare is not None:
-        if images.visibility[0].size > 0:
-            write_visibility(primitive_ids, depth, own, is_perspective, buffers.primitives,
-                             images.visibility)
-        shade_band(geometry, buffers, end_id, region, rare.surfaces)
+        if images.faces.size > 0:
+            write_faces(faces, own, images.faces)
+        shade_band(buffers, region, is_perspective, rare.surfaces)
     if border:
         _draw_samples(geometry, colours, indices, settings, own, buffers, rare)
     write_rgb(colour, own, settings.width, images.rgb, images.rgb_words)
@@ -178,30 +171,29 @@ def _draw_samples(geometry, colours, indices, settings, own, buffers, rare):
     """Average the colours of tiles with edges in them over the samples of the pattern."""
     tiles, samples, stride = buffers.tiles, settings.pattern.shape[0], own.stride
     top, rows = own.top + 1, own.rows
-    primitive_ids = buffers.primitive_ids[:0]
-    if buffers.shading.owner.size > 0:
-        primitive_ids = buffers.primitive_ids
+    faces = buffers.faces[:0]
+    if buffers.shading.pixels.size > 0:
+        faces = buffers.faces
     region = Region(top, 0, rows, 0, settings.width, stride)
     colour = buffers.colour[stride:]
     mark_edges(buffers.colour, region, settings.height, tiles)
     count = triangles_in_tiles(geometry, indices, region, tiles.mask, buffers.in_tiles)
     begin_samples(tiles, region, settings.clear_colour, settings.clear_depth, colour)
-    primitive_ids[:] = NO_PRIMITIVE
+    faces[:] = NO_FACE
     # The first sample is the centre.
     for k in range(1, samples):
         state = RasterizerState(settings.pattern[k, 0], settings.pattern[k, 1],
                                 settings.state.depth_ceiling, settings.state.is_outlined,
                                 settings.state.is_perspective_correct)
-        target = Target(tiles.colour, tiles.depth, primitive_ids, buffers.primitives, top,
-                        top + rows, settings.width, stride)
+        target = Target(tiles.colour, tiles.depth, faces, top, top + rows, settings.width, stride)
         in_tiles = buffers.in_tiles[:np.int64(count)]
         if rare is None:
             rasterize(geometry, colours, in_tiles, state, target, buffers.batch, buffers.polygon,
                       None)
         else:
-            end_id = rasterize(geometry, colours, in_tiles, state, target, buffers.batch,
-                               buffers.polygon, True)
-            shade_sample(geometry, buffers, end_id, region, rare.surfaces)
+            rasterize(geometry, colours, in_tiles, state, target, buffers.batch, buffers.polygon,
+                      True)
+            shade_sample(buffers, region, geometry.transform.is_perspective, rare.surfaces, state)
         add_sample(tiles, region, settings.clear_colour, settings.clear_depth)
     average(tiles, region, samples, colour)
 
@@ -209,7 +201,7 @@ def _draw_samples(geometry, colours, indices, settings, own, buffers, rare):
 @late_kernel
 def clear(buffers, settings, region):
     """Clear a Region of the buffers."""
-    colour, depth, primitive_ids = buffers.colour, buffers.depth, buffers.primitive_ids
+    colour, depth, faces = buffers.colour, buffers.depth, buffers.faces
     clear_colour, clear_depth = settings.clear_colour, settings.clear_depth
     for row in range(region.rows):
         first, last = np.uint64(row * region.stride + region.left), np.uint64(
@@ -217,5 +209,5 @@ def clear(buffers, settings, region):
         for i in range(first, last):
             colour[i] = clear_colour
             depth[i] = clear_depth
-        if primitive_ids.size > 0:
-            primitive_ids[first:last] = NO_PRIMITIVE
+        if faces.size > 0:
+            faces[first:last] = NO_FACE

@@ -23,8 +23,9 @@ from flag_sim.drawing.culling import MEDIUM
 from flag_sim.drawing.depth import is_nearer
 from flag_sim.drawing.pixels import clamp, LANES, pack_rgb, WHOLE_VECTORS
 from flag_sim.drawing.triangle_setup import (
-    AB, AT_A, AT_B, AT_C, BC, CA, COLUMNS, DU, DV, EDGE, EDGE_DU, EDGE_DV, END, gather, LEFT,
-    PLANE, set_up, START, store_primitives, THIN, TOP, VALUE)
+    AB, AT_A, AT_B, AT_C, BC, CA, COLUMNS, DU, DV, EDGE, EDGE_DU, EDGE_DV, END, FACE, gather, LEFT,
+    PLANE, set_up, START, THIN, TOP, VALUE)
+from flag_sim.drawing.visibility import face_mark
 from flag_sim.jit.kernels import late_inner_kernel, late_kernel
 
 import numpy as np
@@ -35,29 +36,28 @@ ROUNDING = 1e-9
 
 
 @late_kernel
-def draw_batch(geometry, colours, indices, state, first_id, target, batch, rare):
+def draw_batch(geometry, colours, indices, state, target, batch, rare):
     """
     Draw triangles of one size, SMALL or MEDIUM, with `indices`, at most BATCH of them.
 
-    colours, state, target, rare: see rasterizer; first_id: the first primitive ID that is free.
-    Returns the one that is free then.
+    colours, state, target, rare: see rasterizer.
     """
     size = geometry.sizes[indices[0]]
     kept = gather(geometry, colours, indices, state, batch)
     has_thin = set_up(kept, target.width, state.is_perspective_correct, batch)
-    if rare is not None:
-        if target.primitive_ids.size > 0:
-            store_primitives(kept, geometry.transform.is_perspective, first_id,
-                             target.primitives, batch)
     # Most batches are plain; what the others need makes plain ones 4 to 8 % slower if it stands
     # in the same loop.
-    if has_thin or state.depth_ceiling < np.float32(0.0) or target.primitive_ids.size > 0:
-        _draw_any(kept, batch, state, first_id, target)
-    elif size == MEDIUM:
+    if has_thin or state.depth_ceiling < np.float32(0.0):
+        _draw_any(kept, batch, state, target)
+        return
+    if rare is not None:
+        if target.faces.size > 0:
+            _draw_with_faces(kept, batch, state, target, size == MEDIUM)
+            return
+    if size == MEDIUM:
         _draw_needed_blocks(kept, batch, state, target)
     else:
         _draw_all_blocks(kept, batch, state, target)
-    return first_id + np.int64(kept)
 
 
 @late_kernel
@@ -88,28 +88,48 @@ def _draw_needed_blocks(count, batch, state, target):
 
 
 @late_kernel
-def _draw_any(count, batch, state, first_id, target):
-    """Draw the same where triangles are THIN, for a painter, or with primitive IDs."""
+def _draw_any(count, batch, state, target):
+    """Draw the same where triangles are THIN, or for a painter."""
     integers, begin, end, stride = batch.integers, target.top, target.end, target.stride
     for k in range(count):
         top = integers[TOP + k]
-        ceiling_and_id = state.depth_ceiling, np.uint32(first_id + np.int64(k))
+        ceiling_and_face = state.depth_ceiling, face_mark(integers[FACE + k])
         for row in range(max(top, begin), min(integers[END + k], end)):
             y = np.int32(row - top)
             blocks = _needed_blocks(
                 k, y, np.uint64((row - begin) * stride + integers[LEFT + k]), batch)
-            _draw_pixels((k, y), blocks, batch, ceiling_and_id, target, False,
+            _draw_pixels((k, y), blocks, batch, ceiling_and_face, target, False,
                          state.is_perspective_correct)
+
+
+@late_kernel
+def _draw_with_faces(count, batch, state, target, is_medium):
+    """Draw the same, and which face each pixel sees."""
+    integers, begin, end, stride = batch.integers, target.top, target.end, target.stride
+    for k in range(count):
+        top = integers[TOP + k]
+        ceiling_and_face = state.depth_ceiling, face_mark(integers[FACE + k])
+        columns = (np.uint64(integers[COLUMNS + k]) + np.uint64(LANES - 1)) & WHOLE_VECTORS
+        for row in range(max(top, begin), min(integers[END + k], end)):
+            y = np.int32(row - top)
+            first = np.uint64((row - begin) * stride + integers[LEFT + k])
+            blocks = np.uint64(0), columns, first
+            if is_medium:
+                blocks = _needed_blocks(k, y, first, batch)
+            if state.is_perspective_correct:
+                _draw_pixels((k, y), blocks, batch, ceiling_and_face, target, True, True, True)
+            else:
+                _draw_pixels((k, y), blocks, batch, ceiling_and_face, target, True, False, True)
 
 
 @late_inner_kernel
 def _draw_plain(triangle_row, blocks, batch, state, target):
     # What never changes in the loop is passed as literals: each case then has a loop of its own.
-    ceiling_and_id = state.depth_ceiling, np.uint32(0)
+    ceiling_and_face = state.depth_ceiling, np.uint32(0)
     if state.is_perspective_correct:
-        _draw_pixels(triangle_row, blocks, batch, ceiling_and_id, target, True, True)
+        _draw_pixels(triangle_row, blocks, batch, ceiling_and_face, target, True, True)
     else:
-        _draw_pixels(triangle_row, blocks, batch, ceiling_and_id, target, True, False)
+        _draw_pixels(triangle_row, blocks, batch, ceiling_and_face, target, True, False)
 
 
 @late_inner_kernel
@@ -141,13 +161,13 @@ def _needed_blocks(k, y, first, batch):
 
 
 @late_inner_kernel
-def _draw_pixels(triangle_row, blocks, batch, ceiling_and_id, target, is_plain,
-                 is_perspective_correct):
+def _draw_pixels(triangle_row, blocks, batch, ceiling_and_face, target, is_plain,
+                 is_perspective_correct, has_faces=False):
     k, y = triangle_row
     start, columns, first = blocks
-    ceiling, primitive_id = ceiling_and_id
+    ceiling, face = ceiling_and_face
     integers, values, planes = batch
-    depth, colour, primitive_ids = target.depth, target.colour, target.primitive_ids
+    depth, colour, faces = target.depth, target.colour, target.faces
     ab_du, ca_du, bc_du = (integers[EDGE_DU + AB + k], integers[EDGE_DU + CA + k],
                            integers[EDGE_DU + BC + k])
     ab = _along(integers[EDGE + AB + k], y, integers[EDGE_DV + AB + k])
@@ -186,8 +206,8 @@ def _draw_pixels(triangle_row, blocks, batch, ceiling_and_id, target, is_plain,
                 r, g, b = (clamp(r, r_least, r_most), clamp(g, g_least, g_most),
                            clamp(b, b_least, b_most))
             colour[first + j] = pack_rgb(r, g, b)
-            if not is_plain and primitive_ids.size > 0:
-                primitive_ids[first + j] = primitive_id
+            if has_faces or (not is_plain and faces.size > 0):
+                faces[first + j] = face
 
 
 @late_inner_kernel

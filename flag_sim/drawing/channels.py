@@ -24,17 +24,14 @@ from typing import NamedTuple
 
 from flag_sim.drawing.camera import Camera
 from flag_sim.drawing.geometry import new_vertices, project, view_transform
-from flag_sim.drawing.pixels import BAND, clamp
-from flag_sim.drawing.visibility import weights_of
 from flag_sim.jit.kernels import late_kernel
-from flag_sim.parallel.atomics import fetch_add
 from flag_sim.parameters import checks
 
 import numpy as np
 
-# What a frame can hold beside the colour: made while triangles are drawn, ...
+# What a frame can hold beside the colour: of the pixels' faces themselves, ...
 DRAWN = ('depth', 'visibility')
-# ... and made from the visibility: (values a pixel, type, what pixels hold where nothing is).
+# ... and of what these have: (values a pixel, type, what pixels hold where nothing is).
 RESOLVED = {
     'normals': (3, np.float32, 0.0),
     'labels': (1, np.uint8, 0),
@@ -49,6 +46,11 @@ def channel_names(channels: Iterable) -> tuple:
     checks.require(is_list, 'channels', 'a list of names', channels)
     return tuple(checks.choice('each of channels', name, (*DRAWN, *RESOLVED))
                  for name in channels)
+
+
+def needs_faces(names: Iterable) -> bool:
+    """Return whether channels are made from the faces that pixels see."""
+    return 'visibility' in names or not RESOLVED.keys().isdisjoint(names)
 
 
 class Resolved(NamedTuple):
@@ -78,194 +80,97 @@ def renewed(images: Resolved | None, names: Iterable, height: int, width: int) -
     return Resolved(**made)
 
 
-class Sight(NamedTuple):
-    """
-    Where vertices are in a frame, for its flow.
-
-    view_space: (n, 3), see geometry.Vertices, nan where that is not known; centre_u, centre_v:
-    the principal point [pixel]; is_perspective: whether x and y are divided by the depth.
-    """
-
-    view_space: np.ndarray
-    centre_u: float
-    centre_v: float
-    is_perspective: bool
-
-
 class Attributes(NamedTuple):
     """
-    What the vertices and triangles of a scene have, for the kernels.
+    What the triangles of a scene have, for the kernels; of size 0 where it is not wanted.
 
-    normals: (n, 3) unit normals out of the front in the optical frame, 0 where there is none;
-    labels: (m,) uint8; texture_coordinates: (n, 2), nan where there are none; now, before: Sight
-    of this frame and of the one before. Of size 0 where they are not wanted.
+    normals: planes (9, m) of unit normals in the optical frame; labels: (m,) int32;
+    texture_coordinates: planes (6, m), and ranges: (2, 2), for each the least and the most of all
+    vertices; motion: planes (9, m) of how much each vertex was elsewhere in the frame before, in
+    the space of geometry.Vertices, or of where it was if only one of the frames has perspective;
+    shift: how far the principal point has moved since then [pixel]; weights: see
+    planes.set_weight_planes; centre_u, centre_v: the principal point; is_perspective,
+    was_perspective: in this frame and in the one before.
     """
 
     normals: np.ndarray
     labels: np.ndarray
     texture_coordinates: np.ndarray
-    now: Sight
-    before: Sight
+    ranges: np.ndarray
+    motion: np.ndarray
+    shift: tuple
+    weights: np.ndarray
+    centre: tuple
+    is_perspective: bool
+    was_perspective: bool
 
 
 def attributes_of(objects: Iterable, scene, names: Iterable, camera: Camera,
-                  camera_before: Camera) -> Attributes:
+                  camera_before: Camera) -> tuple[Attributes, list]:
     """
     Return the Attributes that some of RESOLVED need, of a scene that is projected.
 
-    objects: of the scene; scene: their SceneBuffers; camera, camera_before: of this frame and of
-    the one before.
+    objects: of the scene; scene: their SceneBuffers; names: of channels; camera, camera_before: of
+    this frame and of the one before. The planes are yet to be set: also returns a list of values
+    (k, n) at the vertices and the planes for them.
     """
-    unit_normals, labels, coordinates = np.empty((0, 3)), np.empty(0, np.uint8), np.empty((0, 2))
-    points = len(scene.positions)
+    points, count, tasks = len(scene.positions), len(scene.triangles), []
+
+    def planes(values):
+        tasks.append((values, np.empty((3 * len(values), count), np.float32)))
+        return tasks[-1][1]
+    normals, labels, coordinates, motion = (np.empty((0, 0), np.float32), np.empty(0, np.int32),
+                                            np.empty((0, 0), np.float32),
+                                            np.empty((0, 0), np.float32))
+    ranges = np.zeros((2, 2), np.float32)
     if 'normals' in names:
-        unit_normals = np.empty((points, 3))
-        _turn(scene.normals, camera.pose, unit_normals)
+        values = np.empty((3, points))
+        _turn(scene.normals, camera.pose, values)
+        normals = planes(values)
     if 'labels' in names:
-        labels = np.repeat(np.array([one.label for one in objects], np.uint8),
+        labels = np.repeat(np.array([one.label for one in objects], np.int32),
                            [len(one.triangles) for one in objects])
     if 'texture_coordinates' in names:
-        coordinates = joined([one.texture_coordinates for one in objects], objects, 2)
-    now = before = Sight(scene.projected.view_space, *camera.centre, camera.is_perspective)
+        values = joined([one.texture_coordinates for one in objects], objects, 2)
+        ranges = np.array([[_extreme(np.fmin, row), _extreme(np.fmax, row)] for row in values],
+                          np.float32)
+        coordinates = planes(values)
+    was_perspective = camera_before.is_perspective
     if 'flow' in names:
         then = new_vertices(points)
-        project(joined([one.before for one in objects], objects, 3),
+        project(np.ascontiguousarray(joined([one.before for one in objects], objects, 3).T),
                 view_transform(camera_before), then)
-        before = Sight(then.view_space, *camera_before.centre, camera_before.is_perspective)
-    return Attributes(unit_normals, labels, coordinates, now, before)
+        values = then.view_space.T
+        if was_perspective == camera.is_perspective:
+            # What stands still has 0 exactly.
+            values = values - scene.projected.view_space.T
+        motion = planes(np.ascontiguousarray(values))
+    weights = np.empty((6 if 'visibility' in names else 0, count))
+    shift = tuple(float(then - now) for then, now in zip(camera_before.centre, camera.centre))
+    return Attributes(normals, labels, coordinates, ranges, motion, shift, weights,
+                      tuple(map(float, camera.centre)), camera.is_perspective,
+                      was_perspective), tasks
 
 
 def joined(parts: list, objects: Iterable, count: int) -> np.ndarray:
-    """Return values of the vertices of all objects, (n, count); nan for those that have none."""
+    """Return values of the vertices of all objects, (count, n); nan for those that have none."""
     return np.concatenate([
-        np.full((len(one.vertices), count), np.nan) if part is None else part
-        for part, one in zip(parts, objects)], dtype=np.float64)
+        np.full((count, len(one.vertices)), np.nan) if part is None else part.T
+        for part, one in zip(parts, objects)], axis=1, dtype=np.float64)
+
+
+def _extreme(function, values):
+    """Return what np.fmin or np.fmax, for which nan is nothing, makes of finite values."""
+    return function.reduce(np.where(np.isinf(values), np.nan, values))
 
 
 @late_kernel
 def _turn(normals, pose, turned):
-    """Bring normals (n, 3) of any length to length 1, in the optical frame; 0 where none is."""
-    for i in range(normals.shape[0]):
+    """Bring normals (n, 3) of any length to length 1, in the optical frame (3, n); 0 for none."""
+    for i in range(np.uint64(normals.shape[0])):
         x, y, z = normals[i, 0], normals[i, 1], normals[i, 2]
         length = math.sqrt(x * x + y * y + z * z)
         scale = 1.0 / length if 0.0 < length < math.inf else 0.0
         for axis in range(3):
-            turned[i, axis] = scale * (
+            turned[axis, i] = scale * (
                 pose[axis, 0] * x + pose[axis, 1] * y + pose[axis, 2] * z) if scale > 0.0 else 0.0
-
-
-@late_kernel
-def resolve(taken, columns, visibility, corners, attributes, images):
-    """
-    Write the channels of bands of an image as long as there are any.
-
-    taken: (1,) int64, how many bands were taken by this and other threads; columns: (2, bands),
-    the first column and the end of what has changed in each band; visibility: triangles, is_back
-    and weights of a Visibility, corners: its triangles' vertices; images: Resolved.
-    """
-    while True:
-        band = fetch_add(taken, 0, 1)
-        if band >= columns.shape[1]:
-            break
-        area = (band * BAND, min((band + 1) * BAND, visibility[0].shape[0]),
-                columns[0, band], columns[1, band])
-        if images.normals.size > 0:
-            _write_normals(area, visibility, corners, attributes.normals, images.normals)
-        if images.labels.size > 0:
-            _write_labels(area, visibility[0], attributes.labels, images.labels)
-        if images.texture_coordinates.size > 0:
-            _write_linear(area, visibility, corners, attributes.texture_coordinates,
-                          images.texture_coordinates)
-        if images.flow.size > 0:
-            _write_flow(area, visibility, corners, attributes, images.flow)
-
-
-@late_kernel
-def _write_normals(area, visibility, corners, normals, image):
-    """Write unit normals on the side that is seen, as Gouraud shading has them (eq. 1.13)."""
-    top, end, left, right = area
-    triangles, is_back, weights = visibility
-    for row in range(top, end):
-        for column in range(left, right):
-            t = triangles[row, column]
-            if t < 0:
-                image[row, column] = 0.0
-                continue
-            a, b, c = corners[t, 0], corners[t, 1], corners[t, 2]
-            of_a, of_b, of_c = weights_of(weights, row, column)
-            x = of_a * normals[a, 0] + of_b * normals[b, 0] + of_c * normals[c, 0]
-            y = of_a * normals[a, 1] + of_b * normals[b, 1] + of_c * normals[c, 1]
-            z = of_a * normals[a, 2] + of_b * normals[b, 2] + of_c * normals[c, 2]
-            length = math.sqrt(x * x + y * y + z * z)
-            side = -1.0 if is_back[row, column] else 1.0
-            scale = side / length if length > 0.0 else 0.0
-            image[row, column, 0] = scale * x
-            image[row, column, 1] = scale * y
-            image[row, column, 2] = scale * z
-
-
-@late_kernel
-def _write_labels(area, triangles, labels, image):
-    top, end, left, right = area
-    for row in range(top, end):
-        for column in range(left, right):
-            t = triangles[row, column]
-            image[row, column, 0] = labels[t] if t >= 0 else 0
-
-
-@late_kernel
-def _write_linear(area, visibility, corners, values, image):
-    """Write two values, linear in space and within the range of the triangle's vertices."""
-    top, end, left, right = area
-    triangles, _, weights = visibility
-    for row in range(top, end):
-        for column in range(left, right):
-            t = triangles[row, column]
-            if t < 0:
-                image[row, column] = np.nan
-                continue
-            a, b, c = corners[t, 0], corners[t, 1], corners[t, 2]
-            of_a, of_b, of_c = weights_of(weights, row, column)
-            for k in range(2):
-                at_a, at_b, at_c = values[a, k], values[b, k], values[c, k]
-                value = of_a * at_a + of_b * at_b + of_c * at_c
-                least, most = min(at_a, at_b, at_c), max(at_a, at_b, at_c)
-                image[row, column, k] = clamp(value, least, most)
-
-
-@late_kernel
-def _write_flow(area, visibility, corners, attributes, image):
-    """
-    Write where the point that a pixel sees was in the frame before, minus where it is [pixel].
-
-    Both places are those of the same point of the surface, so what stands still has 0 exactly.
-    """
-    top, end, left, right = area
-    triangles, _, weights = visibility
-    now, before = attributes.now, attributes.before
-    for row in range(top, end):
-        for column in range(left, right):
-            t = triangles[row, column]
-            if t < 0:
-                image[row, column] = np.nan
-                continue
-            of_vertices = weights_of(weights, row, column)
-            u, v = on_screen(now, corners, t, of_vertices)
-            last_u, last_v = on_screen(before, corners, t, of_vertices)
-            image[row, column, 0], image[row, column, 1] = last_u - u, last_v - v
-
-
-@late_kernel
-def on_screen(sight, corners, t, of_vertices):
-    """Return the place on the screen of a point of triangle t; nan behind the eye."""
-    a, b, c = corners[t, 0], corners[t, 1], corners[t, 2]
-    of_a, of_b, of_c = of_vertices
-    points = sight.view_space
-    x = of_a * points[a, 0] + of_b * points[b, 0] + of_c * points[c, 0]
-    y = of_a * points[a, 1] + of_b * points[b, 1] + of_c * points[c, 1]
-    z = of_a * points[a, 2] + of_b * points[b, 2] + of_c * points[c, 2]
-    if sight.is_perspective:
-        if not z > 0.0:
-            return np.nan, np.nan
-        return sight.centre_u + x / z, sight.centre_v + y / z
-    return sight.centre_u + x, sight.centre_v + y

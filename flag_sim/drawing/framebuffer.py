@@ -16,7 +16,7 @@
 import dataclasses
 from typing import NamedTuple
 
-from flag_sim.drawing.channels import renewed, RESOLVED, Resolved
+from flag_sim.drawing.channels import needs_faces, renewed, RESOLVED, Resolved
 from flag_sim.drawing.visibility import Visibility
 from flag_sim.jit.kernels import late_kernel
 
@@ -65,15 +65,15 @@ class Images(NamedTuple):
     The memory of a frame, for the kernels.
 
     rgb, rgb_words: flat, the same memory as bytes and as uint32; depth: (height, width) float32;
-    visibility: triangles, is_back and weights of a Visibility; depth and these are of size 0 if
-    they are not wanted; dirty: (2, bands) int32, the first column and the end of what the last
-    frame drew in each band, so that only that is cleared.
+    faces: (height, width) uint32, see visibility; these two are of size 0 if they are not wanted;
+    dirty: (2, bands) int32, the first column and the end of what the last frame drew in each band,
+    so that only that is cleared.
     """
 
     rgb: np.ndarray
     rgb_words: np.ndarray
     depth: np.ndarray
-    visibility: tuple
+    faces: np.ndarray
     dirty: np.ndarray
 
 
@@ -89,7 +89,8 @@ class Framebuffer:
         self._bytes = self._words.view(np.uint8)
         self._rgb = self._bytes[:3 * height * width].reshape(height, width, 3)
         self._rgb.flags.writeable = False
-        self._depth, self._visibility = np.empty((0, 0), np.float32), _nothing_visible(0, 0)
+        self._depth, self._faces = np.empty((0, 0), np.float32), np.empty((0, 0), np.uint32)
+        self._visibility = _nothing_visible(0, 0)
         self._resolved = renewed(None, (), height, width)
         self._dirty = np.tile(np.array([[0], [width]], np.int32), bands)
         self._last_dirty = self._dirty.copy()
@@ -98,27 +99,34 @@ class Framebuffer:
     def images(self, channels) -> Images:
         """Return the Images for a frame; those that the last one did not draw are made anew."""
         self._channels = channels
-        if 'depth' not in channels:
+        has_faces = needs_faces(channels)
+        if not (has_faces or 'depth' in channels):
             self._depth = self._depth[:0]
         elif not self._depth.size:
             self._depth = np.full(self._shape, np.inf, np.float32)
-        has_visibility = not RESOLVED.keys().isdisjoint(channels) or 'visibility' in channels
+        if has_faces != bool(self._faces.size):
+            self._faces = np.zeros(self._shape if has_faces else (0, 0), np.uint32)
+        has_visibility = 'visibility' in channels
         if has_visibility != bool(self._visibility[0].size):
             self._visibility = _nothing_visible(*(self._shape if has_visibility else (0, 0)))
         self._resolved = renewed(self._resolved, channels, *self._shape)
         self._last_dirty[:] = self._dirty
-        return Images(self._bytes, self._words, self._depth, self._visibility, self._dirty)
+        return Images(self._bytes, self._words, self._depth, self._faces, self._dirty)
 
     @property
-    def seen(self) -> tuple:
-        """Return triangles, is_back and weights of the frame's Visibility."""
-        return self._visibility
+    def pixels(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the faces and the depths that pixels see."""
+        return self._faces, self._depth
 
-    def resolved(self) -> tuple[Resolved, np.ndarray]:
-        """Return the images of RESOLVED and, once all is drawn, the columns that changed."""
+    def resolved(self) -> tuple[Resolved, tuple, np.ndarray]:
+        """
+        Return what is made from the faces and, once all is drawn, the columns that changed.
+
+        That is the images of RESOLVED, and triangles, is_back and weights of a Visibility.
+        """
         (first, end), (last_first, last_end) = self._dirty, self._last_dirty
         columns = np.stack([np.minimum(first, last_first), np.maximum(end, last_end)])
-        return self._resolved, columns
+        return self._resolved, self._visibility, columns
 
     def frame(self, scene) -> Frame:
         """Return the Frame of what was drawn of SceneBuffers."""

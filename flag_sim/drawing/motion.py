@@ -21,7 +21,7 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from flag_sim.drawing.camera import Camera
-from flag_sim.drawing.channels import joined, on_screen, Sight
+from flag_sim.drawing.channels import joined
 from flag_sim.drawing.geometry import new_vertices, project, view_transform
 from flag_sim.drawing.scene import Object
 from flag_sim.drawing.visibility import Visibility, weights_of
@@ -50,6 +50,20 @@ class Motion(NamedTuple):
     is_hidden: np.ndarray
 
 
+class Sight(NamedTuple):
+    """
+    Where vertices are in a frame.
+
+    view_space: (n, 3), see geometry.Vertices, nan where that is not known; centre_u, centre_v:
+    the principal point [pixel]; is_perspective: whether x and y are divided by the depth.
+    """
+
+    view_space: np.ndarray
+    centre_u: float
+    centre_v: float
+    is_perspective: bool
+
+
 def motion(visibility: Visibility, objects: Iterable[Object], camera: Camera,
            other: Camera) -> Motion:
     """
@@ -68,7 +82,7 @@ def motion(visibility: Visibility, objects: Iterable[Object], camera: Camera,
     now = _sight(np.concatenate([one.vertices for one in objects]), camera)
     checks.require(len(now.view_space) == len(visibility.depths), 'objects',
                    f'of the {len(visibility.depths)} vertices of the frame', len(now.view_space))
-    then = _sight(joined([one.before for one in objects], objects, 3), other)
+    then = _sight(joined([one.before for one in objects], objects, 3).T, other)
     bins = _binned(then, visibility.corners, other)
     shape = visibility.triangles.shape
     found = Motion(np.full((*shape, 2), np.nan, np.float32), np.zeros(shape, np.bool_))
@@ -81,6 +95,22 @@ def _sight(points, camera):
     vertices = new_vertices(len(points))
     project(np.ascontiguousarray(points, np.float64), view_transform(camera), vertices)
     return Sight(vertices.view_space, *map(float, camera.centre), camera.is_perspective)
+
+
+@late_kernel
+def _on_screen(sight, corners, t, of_vertices):
+    """Return the place on the screen of a point of triangle t; nan behind the eye."""
+    a, b, c = corners[t, 0], corners[t, 1], corners[t, 2]
+    of_a, of_b, of_c = of_vertices
+    points = sight.view_space
+    x = of_a * points[a, 0] + of_b * points[b, 0] + of_c * points[c, 0]
+    y = of_a * points[a, 1] + of_b * points[b, 1] + of_c * points[c, 1]
+    z = of_a * points[a, 2] + of_b * points[b, 2] + of_c * points[c, 2]
+    if sight.is_perspective:
+        if not z > 0.0:
+            return np.nan, np.nan
+        return sight.centre_u + x / z, sight.centre_v + y / z
+    return sight.centre_u + x, sight.centre_v + y
 
 
 class Bins(NamedTuple):
@@ -182,8 +212,8 @@ def _follow(seen, now, then, bins, image, found):
             if t < 0:
                 continue
             of_vertices = weights_of(weights, row, column)
-            u, v = on_screen(now, corners, t, of_vertices)
-            then_u, then_v = on_screen(then, corners, t, of_vertices)
+            u, v = _on_screen(now, corners, t, of_vertices)
+            then_u, then_v = _on_screen(then, corners, t, of_vertices)
             found.flow[row, column, 0] = then_u - u
             found.flow[row, column, 1] = then_v - v
             z = _depth(then, corners, t, of_vertices)

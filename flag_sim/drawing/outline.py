@@ -22,7 +22,7 @@ its corners, so that the triangle does not hide its own edges.
 from flag_sim.drawing.depth import is_nearer
 from flag_sim.drawing.geometry import SUBPIXEL_BITS, SUBPIXELS
 from flag_sim.drawing.pixels import clamp, pack_rgb
-from flag_sim.drawing.visibility import OUTLINE
+from flag_sim.drawing.visibility import face_mark, OUTLINE
 from flag_sim.jit.kernels import late_inner_kernel, late_kernel
 
 import numpy as np
@@ -35,19 +35,19 @@ DEPTH_BIAS = 1e-4
 
 
 @late_kernel
-def draw_outline(polygon, count, state, primitive_id, target):
+def draw_outline(polygon, count, state, face, target):
     """
     Draw the edges of a polygon of `count` corners.
 
-    state, target: see rasterizer; primitive_id: what its pixels store if IDs are wanted.
+    state, target: see rasterizer; face: which its pixels see.
     """
     plane = _plane(polygon, count)
     for k in range(count):
-        _draw_edge(polygon, (k, k + 1 if k + 1 < count else 0), plane, state, primitive_id, target)
+        _draw_edge(polygon, (k, k + 1 if k + 1 < count else 0), plane, state, face, target)
 
 
 @late_kernel
-def _draw_edge(polygon, edge, plane, state, primitive_id, target):
+def _draw_edge(polygon, edge, plane, state, face, target):
     _, u, v, values, _ = polygon
     s_du, s_dv, s_least, s_most = plane
     top, end, width, stride = target.top, target.end, target.width, target.stride
@@ -87,8 +87,8 @@ def _draw_edge(polygon, edge, plane, state, primitive_id, target):
             target.colour[pixel] = pack_rgb(_between(values, (a, b), 1, along, divisor),
                                             _between(values, (a, b), 2, along, divisor),
                                             _between(values, (a, b), 3, along, divisor))
-            if target.primitive_ids.size > 0:
-                target.primitive_ids[pixel] = np.uint32(primitive_id) | OUTLINE
+            if target.faces.size > 0:
+                target.faces[pixel] = face_mark(face) | OUTLINE
 
 
 @late_inner_kernel

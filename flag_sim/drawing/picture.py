@@ -18,21 +18,24 @@ import functools
 
 from flag_sim.drawing.bands import BAND, draw_bands, new_buffers, Rare, RenderSettings
 from flag_sim.drawing.camera import Camera
-from flag_sim.drawing.channels import attributes_of, channel_names, resolve, RESOLVED
-from flag_sim.drawing.culling import cull, Viewport
+from flag_sim.drawing.channel_pass import resolve
+from flag_sim.drawing.channels import attributes_of, channel_names, needs_faces
+from flag_sim.drawing.culling import CHUNK, cull, Viewport
 from flag_sim.drawing.depth import clear_depth
 from flag_sim.drawing.framebuffer import Frame, Framebuffer
 from flag_sim.drawing.geometry import project, SUBPIXELS, view_transform
 from flag_sim.drawing.mesh import face_normals
 from flag_sim.drawing.multisample import PATTERNS
 from flag_sim.drawing.painter import far_to_near
-from flag_sim.drawing.rasterizer import Colours, max_primitive_ids, RasterizerState
+from flag_sim.drawing.planes import set_planes, set_weight_planes
+from flag_sim.drawing.rasterizer import Colours, RasterizerState
 from flag_sim.drawing.scene import flag_scene, Object
 from flag_sim.drawing.scene_buffers import SceneBuffers
 from flag_sim.drawing.shaded_scene import ShadedScene
 from flag_sim.drawing.shading import Light
 from flag_sim.drawing.shapes import Dimensions
 from flag_sim.drawing.style import Materials, Style, THREADS
+from flag_sim.drawing.surfaces import set_surfaces
 from flag_sim.parallel.thread_pool import ThreadPool
 from flag_sim.parameters import checks
 
@@ -113,10 +116,13 @@ class Picture:
             colours = self._project_and_shade(objects, geometry, camera, light, style)
             order = self._cull(geometry, camera, style)
             surfaces = self._shaded.surfaces(self._scene, camera, light, style)
+            if surfaces is not None:
+                self._by_triangles(lambda *some: set_surfaces(
+                    geometry, surfaces, *self._shaded.fields, *some))
             self._rasterize(geometry, colours, order, (camera, style), channels, surfaces)
-            if not RESOLVED.keys().isdisjoint(channels):
-                self._resolve(attributes_of(objects, self._scene, channels, camera,
-                                            camera_before or camera))
+            if needs_faces(channels):
+                self._resolve(geometry, *attributes_of(objects, self._scene, channels, camera,
+                                                       camera_before or camera))
         return self._framebuffer.frame(self._scene)
 
     def _project_and_shade(self, objects, geometry, camera, light, style):
@@ -186,14 +192,13 @@ class Picture:
                                             -(-camera.height // BAND), style.clear_colour)
         images = self._framebuffer.images(channels)
         settings = _render_settings(camera, style)
-        has_ids = images.visibility[0].size or surfaces is not None
-        primitives = max_primitive_ids(geometry) if has_ids else 0
-        shaded = primitives if surfaces is not None else 0
-        shape = camera.width, len(geometry.triangles), style.samples > 1, primitives, shaded
+        is_shaded = surfaces is not None
+        has_faces = is_shaded or images.faces.size > 0
+        shape = camera.width, len(geometry.triangles), style.samples > 1, has_faces, is_shaded
         if any(known != shape for known, _ in self._buffers.values()):
             self._buffers = {}
         taken = np.zeros(1, np.int64)
-        rare = Rare(surfaces) if style.outline or primitives else None
+        rare = Rare(surfaces) if style.outline or has_faces else None
 
         def work(thread):
             if thread not in self._buffers:
@@ -209,12 +214,28 @@ class Picture:
             self._sun = Picture(self._threads)
         return self._sun.draw_scene(objects, camera, channels=['depth']).depth
 
-    def _resolve(self, attributes):
+    def _by_triangles(self, set_some):
+        """Call set_some(first, end) for all triangles, in all threads if they are many."""
+        count = len(self._scene.triangles)
+        step = CHUNKS_AT_ONCE * CHUNK if self._pool.threads > 1 else count
+        starts = iter(range(0, count, step))
+
+        def work(thread):
+            for first in starts:
+                set_some(first, min(first + step, count))
+
+        self._run(-(-count // step), work)
+
+    def _resolve(self, geometry, attributes, tasks):
         """Write the channels that are made from what each pixel sees."""
-        images, columns = self._framebuffer.resolved()
+        for values, planes in tasks:
+            self._by_triangles(lambda *some: set_planes(geometry, values, *some, planes))
+        if attributes.weights.size:
+            set_weight_planes(geometry, attributes.weights)
+        images, visibility, columns = self._framebuffer.resolved()
         taken = np.zeros(1, np.int64)
         self._pool.parallel_for(lambda thread: resolve(
-            taken, columns, self._framebuffer.seen, self._scene.triangles, attributes, images))
+            taken, columns, self._framebuffer.pixels, attributes, images, visibility))
 
 
 @functools.lru_cache(maxsize=8)

@@ -30,10 +30,9 @@ class Polygon(NamedTuple):
     What is seen of a triangle.
 
     corners: (2, CAPACITY, CORNER_FIELDS), see clipping; u, v: (CAPACITY,) int64 [subpixel];
-    values: (CAPACITY, 6) at the corners: reversed Z; red, green and blue, in
-    perspective-correct interpolation times reversed Z; the barycentric weights of the
-    triangle's second and third vertex, in perspective times reversed Z; planes: (6, 5), memory
-    for the scanlines (see scanline).
+    values: (CAPACITY, 4) at the corners: reversed Z; red, green and blue, in
+    perspective-correct interpolation times reversed Z; planes: (4, 5), memory for the scanlines
+    (see scanline).
     """
 
     corners: np.ndarray
@@ -46,7 +45,7 @@ class Polygon(NamedTuple):
 def new_polygon() -> Polygon:
     """Make a polygon's arrays."""
     return Polygon(np.empty((2, CAPACITY, CORNER_FIELDS)), *np.empty((2, CAPACITY), np.int64),
-                   np.empty((CAPACITY, 6)), np.empty((6, 5)))
+                   np.empty((CAPACITY, 4)), np.empty((4, 5)))
 
 
 @late_kernel
@@ -93,8 +92,6 @@ def assemble_polygon(geometry, colours, triangle, state, polygon):
             values[k, 1 + channel] = factor * (
                 at_a + weight_b * (colour[b, side, channel] - at_a)
                 + weight_c * (colour[c, side, channel] - at_a))
-        factor = values[k, 0] if transform.is_perspective else 1.0
-        values[k, 4], values[k, 5] = factor * weight_b, factor * weight_c
     return count, side
 
 

@@ -22,19 +22,19 @@ from flag_sim.drawing.coverage import edge_function, end_inside, first_inside
 from flag_sim.drawing.depth import is_nearer
 from flag_sim.drawing.geometry import next_centre, SUBPIXELS
 from flag_sim.drawing.pixels import clamp, LANES, pack_rgb, WHOLE_VECTORS
-from flag_sim.drawing.visibility import store_primitive
+from flag_sim.drawing.visibility import face_mark
 from flag_sim.jit.kernels import late_inner_kernel, late_kernel
 
 import numpy as np
 
 
 @late_kernel
-def draw_large(polygon, last, face, state, primitive_id, target, rare):
+def draw_large(polygon, last, face, state, target, rare):
     """
     Draw the triangle of a polygon's corners 0, last - 1 and last.
 
     face: twice the index of the triangle that it is part of, plus the side; state, target, rare:
-    see rasterizer. Returns whether the primitive ID is in use now.
+    see rasterizer.
     """
     _, u, v, values, planes = polygon
     b, c = last - 1, last
@@ -46,22 +46,13 @@ def draw_large(polygon, last, face, state, primitive_id, target, rare):
     top = max(next_centre(a_v + min(ab_v, ac_v, 0)), 0)
     end = next_centre(a_v + max(ab_v, ac_v, 0))
     begin, stop = max(top, target.top), min(end, target.end)
-    # Lines of an outline may lie in other pixels than the triangle.
-    if area == 0 or (not state.is_outlined and (left >= right or begin >= stop)):
-        return False
+    if area == 0 or left >= right or begin >= stop:
+        return
     scale = SUBPIXELS / area
     # Changes a column and a row of the barycentric weights of b and c.
     slopes = ac_v * scale, -ac_u * scale, -ab_v * scale, ab_u * scale
     for q in range(4):
         _plane(polygon, (0, b, c), q, slopes, q > 0 and state.is_perspective_correct)
-    if rare is not None:
-        if target.primitive_ids.size > 0:
-            for q in range(4, 6):
-                _plane(polygon, (0, b, c), q, slopes, False)
-            store_primitive(target.primitives, primitive_id, face,
-                            (planes[4, 0], planes[4, 1], planes[4, 2]),
-                            (planes[5, 0], planes[5, 1], planes[5, 2]),
-                            (a_u / SUBPIXELS, a_v / SUBPIXELS))
     sign = 1 if area > 0 else -1
     du, dv = left * SUBPIXELS - a_u, top * SUBPIXELS - a_v
     # From a to b, from c to a and from b to c, inside to the left.
@@ -79,8 +70,7 @@ def draw_large(polygon, last, face, state, primitive_id, target, rare):
             pixel = (row - target.top) * target.stride + left + first
             offset = left + first - a_u / SUBPIXELS, row - a_v / SUBPIXELS
             draw_span(np.uint64(pixel), np.uint64(end_of_row - first), planes, offset, state,
-                      primitive_id, target, rare)
-    return True
+                      face, target, rare)
 
 
 @late_inner_kernel
@@ -104,18 +94,18 @@ def _plane(polygon, corners, q, slopes, is_times_s):
 
 
 @late_inner_kernel
-def draw_span(first, count, planes, offset, state, primitive_id, target, rare):
+def draw_span(first, count, planes, offset, state, face, target, rare):
     """
     Draw pixels first .. first + count - 1 where they are nearer than what is stored.
 
     planes: of a Polygon; offset: of the first pixel from the planes' corner, columns and rows;
-    state, target, rare: see rasterizer.
+    face, state, target, rare: see draw_large.
     The loop runs over whole vectors, with the lanes beyond the end masked. What never changes in
     it is passed as literals, so that each case gets a loop of its own.
     """
-    span = (first, count, np.uint32(primitive_id), state.depth_ceiling)
+    span = (first, count, face_mark(face), state.depth_ceiling)
     if rare is not None:
-        if target.primitive_ids.size > 0:
+        if target.faces.size > 0:
             _draw_pixels(span, planes, offset, target, state.is_perspective_correct, True)
             return
     if state.is_perspective_correct:
@@ -125,9 +115,9 @@ def draw_span(first, count, planes, offset, state, primitive_id, target, rare):
 
 
 @late_inner_kernel
-def _draw_pixels(span, planes, offset, target, is_perspective_correct, stores_ids):
-    first, count, primitive_id, ceiling = span
-    depth, colour, primitive_ids = target.depth, target.colour, target.primitive_ids
+def _draw_pixels(span, planes, offset, target, is_perspective_correct, has_faces):
+    first, count, face, ceiling = span
+    depth, colour, faces = target.depth, target.colour, target.faces
     s, ds, s_least, s_most = _value(planes, 0, offset)
     red, dr, r_least, r_most = _value(planes, 1, offset)
     green, dg, g_least, g_most = _value(planes, 2, offset)
@@ -143,8 +133,8 @@ def _draw_pixels(span, planes, offset, target, is_perspective_correct, stores_id
             colour[first + j] = pack_rgb(clamp((red + dr * i) * z, r_least, r_most),
                                          clamp((green + dg * i) * z, g_least, g_most),
                                          clamp((blue + db * i) * z, b_least, b_most))
-            if stores_ids:
-                primitive_ids[first + j] = primitive_id
+            if has_faces:
+                faces[first + j] = face
 
 
 @late_inner_kernel

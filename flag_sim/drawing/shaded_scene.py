@@ -18,8 +18,8 @@ import dataclasses
 from flag_sim.drawing.shading import light_levels, shade
 from flag_sim.drawing.shadows import NO_SHADOWS, shadows_of, sun_camera
 from flag_sim.drawing.sky import sky_of
-from flag_sim.drawing.surfaces import Surfaces
-from flag_sim.drawing.texture import ENCODE, TEXEL
+from flag_sim.drawing.surfaces import FACE_FIELDS, FIELDS, Surfaces
+from flag_sim.drawing.texture import ENCODE
 
 import numpy as np
 
@@ -42,6 +42,7 @@ class ShadedScene:
         self._objects = []
         self._levels = None  # see light_levels
         self._textures, self._joined = [], None
+        self.fields = None
 
     def begin(self, objects, scene, light, style):
         """Begin a frame of `objects`, joined in a SceneBuffers."""
@@ -78,17 +79,24 @@ class ShadedScene:
                 one is not last for one, last in zip(textures, self._textures)):
             self._textures, self._joined = textures, _joined(textures)
         first_levels, levels, texels = self._joined
-        object_of = np.full(len(scene.triangles), -1, np.int32)
+        count = len(scene.triangles)
+        if self.fields is None or self.fields[0].shape[1] != count:
+            self.fields = (np.empty((FIELDS, count), np.float32),
+                           np.empty((FACE_FIELDS, 2 * count), np.float32))
+        object_of = np.full(count, -1, np.int32)
         coordinates = np.zeros((len(scene.positions), 2))
         for k, (one, (vertices, triangles)) in enumerate(zip(self._objects, scene.slices)):
             if self._is_shaded[k]:
                 object_of[triangles] = k
             if one.texture is not None:
                 coordinates[vertices] = one.texture_coordinates
-        colours = np.array([one.surface.color for one in self._objects])
+        colours = np.array([one.surface.color for one in self._objects], np.float32).T.copy()
         return _read_only(Surfaces(
-            colours, first_levels, levels, texels, object_of, coordinates, *self._levels,
-            light.ambient, ENCODE, style.shading == 'flat', style.interpolation == 'screen',
+            colours, first_levels, levels, texels, object_of,
+            np.ascontiguousarray(levels[:, 0], np.int32), coordinates,
+            *self._levels, light.ambient, ENCODE, style.shading == 'flat',
+            style.interpolation == 'screen', any(one is not None for one in textures),
+            any(one.surface.specular > 0.0 for one in self._objects), *self.fields,
             self._shadows(scene, camera, light), sky_of(camera, style)))
 
     def _shadows(self, scene, camera, light):
@@ -101,7 +109,7 @@ class ShadedScene:
             return NO_SHADOWS
         bare = [one if one.texture is None else dataclasses.replace(one, texture=None)
                 for one in self._objects if one.casts_shadow]
-        return shadows_of(self._draw(bare, sun), sun, scene.positions, scene.triangles)
+        return shadows_of(self._draw(bare, sun), sun, camera, scene.positions, scene.triangles)
 
 
 def _read_only(record):
@@ -127,9 +135,9 @@ def _joined(textures):
         levels.append(texture.levels + [start, 0, 0])
         texels.append(texture.texels)
         count += len(texture.levels)
-        start += len(texture.texels) // TEXEL
+        start += len(texture.texels)
     # One alone, as most often, is not copied.
     if not texels:
-        return np.array(places), np.zeros((1, 3), np.int64), np.zeros(TEXEL, np.float32)
+        return np.array(places), np.zeros((1, 3), np.int64), np.zeros(1, np.uint64)
     return (np.array(places), np.concatenate(levels),
             texels[0] if len(texels) == 1 else np.concatenate(texels))

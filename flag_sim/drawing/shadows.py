@@ -62,7 +62,9 @@ class Shadows(NamedTuple):
     depth: (height, width) float32 [m]; places: (n, 3) of the vertices: column and row in the map,
     and depth [m]; slopes: (n, 2, 4) [m] a texel, of each vertex's triangles the least and the
     greatest dz/du, and the same of dz/dv: of those that show the sun their front, and of the
-    others; texel: its side [m]; rounding: [m].
+    others; texel: its side [m]; rounding: [m]; ways: how pixels get into the map: of its column,
+    its row and its depth each a_0, a_u, a_v, b and c, so that it is (a_0 + a_u u + a_v v) z + b z
+    + c at column u, row v and depth z, without the first z in orthographic projection.
     """
 
     depth: np.ndarray
@@ -70,10 +72,15 @@ class Shadows(NamedTuple):
     slopes: np.ndarray
     texel: float
     rounding: float
+    ways: tuple
+
+
+def _no_ways():
+    return ((np.float32(0.0),) * 5,) * 3
 
 
 NO_SHADOWS = Shadows(np.empty((0, 0), np.float32), np.empty((0, 3)), np.empty((0, 2, 4)), 1.0,
-                     0.0)
+                     0.0, _no_ways())
 
 
 def sun_camera(casting: np.ndarray, points: np.ndarray, camera: Camera,
@@ -86,17 +93,16 @@ def sun_camera(casting: np.ndarray, points: np.ndarray, camera: Camera,
     allows; they stay where they are in the world while the scene moves, so that edges of shadows
     do not crawl.
     """
-    casting, points = (array[(np.abs(array) < FARTHEST).all(axis=1)]
-                       for array in (casting, points))
-    if not len(casting):
-        return None
-    # Right, down and away from the sun.
+    # Right, down and away from the sun; and ahead of the camera.
     turn = Camera(azimuth=light.azimuth, elevation=light.elevation, distance=0.0).pose[:3, :3]
-    seen = casting @ turn.T
-    low, high = seen.min(axis=0), seen.max(axis=0)
-    depths = points @ camera.pose[2, :3] + camera.pose[2, 3]
-    near, far = max(depths.min(), camera.near), depths.max()
-    if near >= far:
+    ways = np.vstack([turn, camera.pose[2, :3]])
+    low, high = np.empty((2, 2, 4))
+    for some, least, most in zip((casting, points), low, high):
+        _extremes(some, ways, least, most)
+    depth = camera.pose[2, 3]
+    near, far = max(low[1, 3] + depth, camera.near), high[1, 3] + depth
+    nearest, (low, high) = low[0, 3] + depth, (low[0, :3], high[0, :3])
+    if not (low[0] <= high[0] and near < far):  # of no points, the least is the greatest number
         return None
     view = _corners(camera, near, far) @ turn.T
     first = np.maximum(low, view.min(axis=0))[:2]
@@ -105,8 +111,8 @@ def sun_camera(casting: np.ndarray, points: np.ndarray, camera: Camera,
     if not (extent > 0.0).all():
         return None
     # In steps of a quarter of an octave.
-    nearest = max(near, (casting @ camera.pose[2, :3] + camera.pose[2, 3]).min())
-    fine = 2.0 ** (math.ceil(4.0 * math.log2(camera.pixels_per_metre(nearest))) / 4.0)
+    fine = 2.0 ** (
+        math.ceil(4.0 * math.log2(camera.pixels_per_metre(max(near, nearest)))) / 4.0)
     while (extent * fine).max() + 2 * MARGIN > LARGEST:
         fine *= 2.0 ** -0.25
     width, height = (min(LARGEST, int(-(-(side * fine + 2 * MARGIN) // STEP) * STEP))
@@ -116,6 +122,18 @@ def sun_camera(casting: np.ndarray, points: np.ndarray, camera: Camera,
     return Camera(width, height, 'orthographic', scale=height / fine, target=tuple(target),
                   distance=0.5 * (high[2] - low[2]) + 1.0, azimuth=light.azimuth,
                   elevation=light.elevation, near=0.5)
+
+
+@late_kernel
+def _extremes(points, ways, least, most):
+    """Write how far points (n, 3) that are not too far reach along ways (k, 3) at least, most."""
+    least[:], most[:] = np.inf, -np.inf
+    for i in range(np.uint64(points.shape[0])):
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        if abs(x) < FARTHEST and abs(y) < FARTHEST and abs(z) < FARTHEST:
+            for k in range(ways.shape[0]):
+                along = ways[k, 0] * x + ways[k, 1] * y + ways[k, 2] * z
+                least[k], most[k] = min(least[k], along), max(most[k], along)
 
 
 def _corners(camera, near, far):
@@ -131,16 +149,34 @@ def _corners(camera, near, far):
     return np.array(corners) @ turn + camera.position
 
 
-def shadows_of(depth: np.ndarray, sun: Camera, points: np.ndarray,
+def shadows_of(depth: np.ndarray, sun: Camera, camera: Camera, points: np.ndarray,
                triangles: np.ndarray) -> Shadows:
-    """Return the Shadows of points (n, 3) and triangles (m, 3), with the sun's depth image."""
+    """
+    Return the Shadows of points (n, 3) and triangles (m, 3), with the sun's depth image.
+
+    sun, camera: that of the sun, and the one that sees the shadows.
+    """
     transform = view_transform(sun)
-    with np.errstate(invalid='ignore', over='ignore'):  # of vertices that are not finite
-        places = points @ transform.matrix[:3, :3].T + transform.matrix[:3, 3]
-    places[:, :2] += transform.centre_u, transform.centre_v
-    slopes = np.tile([np.inf, -np.inf, np.inf, -np.inf], (len(points), 2, 1))
+    places, slopes = np.empty((len(points), 3)), np.empty((len(points), 2, 4))
+    _places_at_vertices(points, transform, places)
     _slopes_at_vertices(places, triangles, 1.0 / sun.focal, slopes)
-    return Shadows(depth, places, slopes, 1.0 / sun.focal, ROUNDING * (sun.distance + 1.0))
+    return Shadows(depth, places, slopes, 1.0 / sun.focal, ROUNDING * (sun.distance + 1.0),
+                   _ways(camera, transform))
+
+
+def _ways(camera, transform):
+    """Return the ways from what a camera sees into the shadow map: see Shadows."""
+    # From the optical frame of the camera, in metres, to the map.
+    turn = camera.pose[:3, :3].T
+    matrix = transform.matrix[:3, :3] @ turn
+    constant = (transform.matrix[:3, 3] - matrix @ camera.pose[:3, 3]
+                + (transform.centre_u, transform.centre_v, 0.0))
+    right, down, ahead = (matrix / [camera.focal, camera.focal, 1.0]).T
+    begin = -right * camera.centre[0] - down * camera.centre[1]
+    if camera.is_perspective:
+        begin, ahead = begin + ahead, 0.0 * ahead
+    return tuple(tuple(np.float32(value) for value in way)
+                 for way in zip(begin, right, down, ahead, constant))
 
 
 @late_inner_kernel
@@ -159,8 +195,9 @@ def slopes_of(places, a, b, c, texel):
 
 
 @late_inner_kernel
-def bias_at(slopes, vertex, du, dv, side, texel):
+def bias_at(shadows, vertex, du, dv, side):
     """Return the bias [m] at a vertex of a triangle with these slopes, without the rounding."""
+    slopes, texel = shadows.slopes, shadows.texel
     across = max(slopes[vertex, side, 1] - du, du - slopes[vertex, side, 0])
     along = max(slopes[vertex, side, 3] - dv, dv - slopes[vertex, side, 2])
     most = TURN * texel
@@ -168,7 +205,20 @@ def bias_at(slopes, vertex, du, dv, side, texel):
 
 
 @late_kernel
+def _places_at_vertices(points, transform, places):
+    matrix = transform.matrix
+    for i in range(np.uint64(points.shape[0])):
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        places[i, 0] = (matrix[0, 0] * x + matrix[0, 1] * y + matrix[0, 2] * z
+                        + (matrix[0, 3] + transform.centre_u))
+        places[i, 1] = (matrix[1, 0] * x + matrix[1, 1] * y + matrix[1, 2] * z
+                        + (matrix[1, 3] + transform.centre_v))
+        places[i, 2] = matrix[2, 0] * x + matrix[2, 1] * y + matrix[2, 2] * z + matrix[2, 3]
+
+
+@late_kernel
 def _slopes_at_vertices(places, triangles, texel, slopes):
+    slopes[..., 0::2], slopes[..., 1::2] = np.inf, -np.inf
     for t in range(triangles.shape[0]):
         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
         du, dv, side = slopes_of(places, a, b, c, texel)

@@ -17,44 +17,46 @@ Surfaces whose pixels are shaded one by one, from what each of them sees.
 
 Most surfaces need none of this: colours of their vertices are interpolated while triangles are
 drawn. A texture has no colours at vertices, and shadows end between them. Where there is one of
-these, pixels store the primitive that they see (see visibility), and when a band is drawn, or a
-further sample of its tiles, a pass over it shades them (see pixel_pass). Here is what it needs of
-each primitive.
+these, pixels store the face that they see (see visibility), and when a band is drawn, or a further
+sample of its tiles, a pass over it shades them (see pixel_pass). Here is what it needs of each
+triangle, as planes (see planes).
 """
 from typing import NamedTuple
 
+from flag_sim.drawing.planes import plane, solver
 from flag_sim.drawing.shadows import bias_at, Shadows, slopes_of
 from flag_sim.drawing.sky import Sky
-from flag_sim.drawing.texture import TEXEL
-from flag_sim.jit.kernels import late_inner_kernel, late_kernel
+from flag_sim.jit.kernels import late_kernel
 
 import numpy as np
 
-# Of a primitive: weights of its second and third vertex, as in Primitives.planes; texture
-# coordinates [texel of the largest mipmap]: at the first vertex, and what the others have more;
-B, C, X, Y = 0, 3, 6, 9
-# changes a column and a row of x s and y s, and of s;
-X_DU, X_DV, Y_DU, Y_DV, S_DU, S_DV = range(12, 18)
-# the sun's light and the mirrored sun: at the first vertex, and what the others have more;
-# whether light is linear on the screen; whether pixels are shaded, and have a texture; the colour
-# of those that have none;
-SUN, MIRRORED, ON_SCREEN, IS_SHADED, IS_TEXTURED, PLAIN = 18, 21, 24, 25, 26, 27
-# column, row and depth in the shadow map, less the bias, as the light; slopes of the depth.
-MAP_U, MAP_V, MAP_Z, Z_DU, Z_DV = 30, 33, 36, 39, 40
-FIELDS = 48
-PIXEL_FIELDS = 13  # see pixel_pass
+# Of triangles: planes of the texture coordinates, changes of 1 / z a column and a row, whether
+# light is linear on the screen, the plane of the bias [m], and the slopes of the depth in the
+# shadow map. A plane takes three fields.
+X, Y, S_DU, S_DV, ON_SCREEN, BIAS, Z_DU, Z_DV = 0, 3, 6, 7, 8, 9, 12, 13
+FIELDS = 14
+# Of faces: planes of the sun's light and of the mirrored sun.
+SUN, MIRRORED = 0, 3
+FACE_FIELDS = 6
+# Of pixels (see pixel_pass), so many at a time: flat, field after field, for places that are
+# constants apart let LLVM make vectors of a loop.
+PIXEL_FIELDS, SEGMENT = 14, 256
 
 
 class Surfaces(NamedTuple):
     """
     How pixels are shaded one by one, for the kernels.
 
-    colours: (k, 3) of each object; textures: (k, 2) int64, of each object the first mipmap among
-    `levels` and how many it has, 0 for one without a texture; levels, texels: see Texture, those
-    of all textures; object_of: (m,) int32, of each triangle, -1 where pixels are not shaded;
-    coordinates: (n, 2) of vertices; sun, mirrored: (n, 2, 3) of both sides of vertices, or of
-    triangles where is_flat, see shading.light_levels; ambient: light from everywhere; encode: see
-    texture.ENCODE; is_on_screen: whether light is linear on the screen; shadows, sky: see there.
+    colours: (3, k) float32 of each object; textures: (k, 2) int64, of each object the first mipmap
+    among `levels` and how many it has, 0 for one without a texture; levels, texels: see Texture,
+    those of all textures; object_of: (m,) int32, of each triangle, -1 where pixels are not shaded;
+    starts: (levels,) int32, where each level begins among the texels; coordinates: (n, 2) of
+    vertices; sun, mirrored: (n, 2, 3) of both sides of vertices, or of triangles where is_flat,
+    see shading.light_levels; ambient: light from everywhere; encode: see texture.ENCODE;
+    is_on_screen: whether light is linear on the screen; has_textures, is_specular: whether any
+    object has a texture, or mirrors the sun; fields: (FIELDS, m) float32 of triangles; of_faces:
+    (FACE_FIELDS, 2 m) float32, by twice the triangle's index plus the side; shadows, sky: see
+    there.
     """
 
     colours: np.ndarray
@@ -62,6 +64,7 @@ class Surfaces(NamedTuple):
     levels: np.ndarray
     texels: np.ndarray
     object_of: np.ndarray
+    starts: np.ndarray
     coordinates: np.ndarray
     sun: np.ndarray
     mirrored: np.ndarray
@@ -69,113 +72,76 @@ class Surfaces(NamedTuple):
     encode: np.ndarray
     is_flat: bool
     is_on_screen: bool
+    has_textures: bool
+    is_specular: bool
+    fields: np.ndarray
+    of_faces: np.ndarray
     shadows: Shadows
     sky: Sky
 
 
 class Shading(NamedTuple):
-    """
-    A thread's memory for this.
+    """A thread's memory for this; pixels: flat, PIXEL_FIELDS times SEGMENT float32."""
 
-    owner: (n,) int32, of primitives the object, -1 for those whose pixels are not shaded; values:
-    flat, FIELDS float32 of each; pixels: (PIXEL_FIELDS, stride) float32, of a row; linear: flat,
-    TEXEL float32 of each, red, green and blue in linear light.
-    """
-
-    owner: np.ndarray
-    values: np.ndarray
     pixels: np.ndarray
-    linear: np.ndarray
 
 
-def new_shading(count: int, stride: int) -> Shading:
-    """Make the arrays for so many primitives, and for rows of `stride` pixels."""
-    return Shading(np.full(count, -1, np.int32), np.zeros(count * FIELDS, np.float32),
-                   np.zeros((PIXEL_FIELDS, stride), np.float32),
-                   np.zeros(stride * TEXEL, np.float32))
+def new_shading(is_wanted: bool) -> Shading:
+    """Make the memory, of size 0 if it is not wanted."""
+    return Shading(np.zeros(PIXEL_FIELDS * SEGMENT * is_wanted, np.float32))
 
 
 @late_kernel
-def prepare(geometry, surfaces, primitives, end_id, shading):
-    """Write into `shading` what the pixels of the primitives 1 .. end_id - 1 are shaded with."""
-    view, is_perspective = geometry.vertices.view_space, geometry.transform.is_perspective
-    coordinates, values = surfaces.coordinates, shading.values
-    for p in range(1, end_id):
-        t, side = np.int64(primitives.faces[p] >> 1), np.int64(primitives.faces[p] & 1)
+def set_surfaces(geometry, surfaces, fields, of_faces, first, end):
+    """Write the fields of triangles first .. end - 1, and of their faces."""
+    view, transform = geometry.vertices.view_space, geometry.transform
+    triangles, is_perspective = geometry.triangles, transform.is_perspective
+    for t in range(np.uint64(first), np.uint64(end)):
         owner = surfaces.object_of[t]
-        at = p * FIELDS
-        shading.owner[p], values[at + IS_SHADED] = owner, np.float32(owner >= 0)
-        is_textured = owner >= 0 and surfaces.textures[owner, 1] > 0
-        values[at + IS_TEXTURED] = np.float32(is_textured)
         if owner < 0:
             continue
-        for channel in range(3):
-            values[at + PLAIN + channel] = surfaces.colours[owner, channel]
-        planes = primitives.planes
-        for k in range(6):
-            values[at + B + k] = planes[p, k]
-        a, b, c = geometry.triangles[t, 0], geometry.triangles[t, 1], geometry.triangles[t, 2]
-        for axis in range(2):
-            size = float(surfaces.levels[surfaces.textures[owner, 0], 1 + axis]) * is_textured
-            at_a = coordinates[a, axis]
-            of_b = size * (coordinates[b, axis] - at_a)
-            of_c = size * (coordinates[c, axis] - at_a)
-            field = at + X + 3 * axis
-            values[field] = size * at_a
-            values[field + 1], values[field + 2] = of_b, of_c
-            for way in range(2):
-                values[at + X_DU + 2 * axis + way] = (
-                    of_b * planes[p, 1 + way] + of_c * planes[p, 4 + way])
-        depths = view[a, 2], view[b, 2], view[c, 2]
-        # Weights on the screen are those in space times depth, over that of the pixel.
-        is_on_screen = surfaces.is_on_screen and is_perspective and min(depths) > 0.0
-        scales = (depths[1], depths[2]) if is_on_screen else (1.0, 1.0)
-        values[at + ON_SCREEN] = np.float32(is_on_screen)
-        lit = (t, t, t) if surfaces.is_flat else (a, b, c)
-        _light(surfaces.sun, lit, side, scales, values, at + SUN)
-        _light(surfaces.mirrored, lit, side, scales, values, at + MIRRORED)
+        solve = solver(geometry, t)
+        a, b = np.uint64(triangles[t, 0]), np.uint64(triangles[t, 1])
+        c = np.uint64(triangles[t, 2])
+        # The depth at vertices: light that is linear on the screen is so times depth in space.
+        z_a, z_b, z_c = view[a, 2], view[b, 2], view[c, 2]
+        is_on_screen = surfaces.is_on_screen and is_perspective and min(z_a, z_b, z_c) > 0.0
+        if not is_on_screen:
+            z_a = z_b = z_c = 1.0
+        fields[ON_SCREEN, t] = np.float32(is_on_screen)
+        _set_light(surfaces, transform, solve, t, (z_a, z_b, z_c), geometry.triangles, of_faces)
+        if surfaces.has_textures:
+            # Of 1 at all vertices, divided by depth.
+            fields[S_DU, t] = solve[0] + solve[3] + solve[6] if is_perspective else 0.0
+            fields[S_DV, t] = solve[1] + solve[4] + solve[7] if is_perspective else 0.0
+            coordinates = surfaces.coordinates
+            for axis in range(2):
+                _set(fields, X + 3 * axis, t, plane(
+                    transform, solve, coordinates[a, axis], coordinates[b, axis],
+                    coordinates[c, axis]))
         if surfaces.shadows.depth.size > 0:
-            _place_in_map(surfaces.shadows, (a, b, c), values, at)
-        values[at + S_DU], values[at + S_DV] = (_slopes(view, a, b, c) if is_perspective
-                                                else (0.0, 0.0))
+            shadows = surfaces.shadows
+            du, dv, side = slopes_of(shadows.places, a, b, c, shadows.texel)
+            fields[Z_DU, t], fields[Z_DV, t] = du, dv
+            _set(fields, BIAS, t, plane(
+                transform, solve, bias_at(shadows, a, du, dv, side),
+                bias_at(shadows, b, du, dv, side), bias_at(shadows, c, du, dv, side)))
 
 
-@late_inner_kernel
-def _light(light, lit, side, scales, values, field):
-    at_a = light[lit[0], side, 0]
-    values[field] = at_a
-    values[field + 1] = scales[0] * (light[lit[1], side, 0] - at_a)
-    values[field + 2] = scales[1] * (light[lit[2], side, 0] - at_a)
+@late_kernel
+def _set_light(surfaces, transform, solve, t, depths, triangles, of_faces):
+    a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+    if surfaces.is_flat:
+        a = b = c = np.int32(t)
+    for side in range(2):
+        face = 2 * np.int64(t) + side
+        for field, light in ((SUN, surfaces.sun), (MIRRORED, surfaces.mirrored)):
+            if field == SUN or surfaces.is_specular:
+                _set(of_faces, field, face, plane(
+                    transform, solve, depths[0] * light[a, side, 0],
+                    depths[1] * light[b, side, 0], depths[2] * light[c, side, 0]))
 
 
-@late_inner_kernel
-def _place_in_map(shadows, corners, values, at):
-    """Write MAP_U to Z_DV of a triangle."""
-    places, slopes = shadows.places, shadows.slopes
-    a, b, c = corners
-    texel = shadows.texel
-    du, dv, side = slopes_of(places, a, b, c, texel)
-    values[at + Z_DU], values[at + Z_DV] = du, dv
-    for axis in range(3):
-        field = at + MAP_U + 3 * axis
-        values[field] = places[a, axis]
-        values[field + 1] = places[b, axis] - places[a, axis]
-        values[field + 2] = places[c, axis] - places[a, axis]
-    bias = bias_at(slopes, a, du, dv, side, texel)
-    values[at + MAP_Z] -= bias + shadows.rounding
-    values[at + MAP_Z + 1] -= bias_at(slopes, b, du, dv, side, texel) - bias
-    values[at + MAP_Z + 2] -= bias_at(slopes, c, du, dv, side, texel) - bias
-
-
-@late_inner_kernel
-def _slopes(view, a, b, c):
-    """
-    Return the changes of reversed Z a column and a row, on the plane of three points in space.
-
-    On the plane n . (X, Y, z) = d, with X and Y in pixels at depth 1, s = n . (u, v, 1) / d.
-    """
-    px, py, pz = view[b, 0] - view[a, 0], view[b, 1] - view[a, 1], view[b, 2] - view[a, 2]
-    qx, qy, qz = view[c, 0] - view[a, 0], view[c, 1] - view[a, 1], view[c, 2] - view[a, 2]
-    nx, ny, nz = py * qz - pz * qy, pz * qx - px * qz, px * qy - py * qx
-    d = nx * view[a, 0] + ny * view[a, 1] + nz * view[a, 2]
-    return nx / d, ny / d
+@late_kernel
+def _set(fields, field, k, values):
+    fields[field, k], fields[field + 1, k], fields[field + 2, k] = values

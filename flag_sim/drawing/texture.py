@@ -29,10 +29,12 @@ from flag_sim.parameters import checks
 import numpy as np
 
 # Along a side: what is larger is to be scaled down first. A flag of 61 x 41 nodes has 45 by then
-# between two nodes, and four floats of as many texels take 90 MB with their mipmaps.
+# between two nodes, and as many texels take 45 MB with their mipmaps.
 LARGEST = 2048
-# Floats of a texel: red, green, blue and one that makes it a vector.
-TEXEL = 4
+# A texel is 64 bits: red, green and blue in linear light, each in so many steps and bits.
+BITS = 21
+STEPS = 2 ** BITS - 1
+POSITIVE = np.uint32(2 ** 31 - 1)
 
 
 def _decoded(encoded):
@@ -104,13 +106,26 @@ class Texture:
         while max(mipmaps[-1].shape[:2]) > 1:
             mipmaps.append(halved(halved(mipmaps[-1], 0), 1))
         # One texel more on each side, so that those beside a place are always there.
-        padded = [np.pad(mipmap, ((1, 1), (1, 1), (0, TEXEL - 3)), mode='edge')
-                  for mipmap in mipmaps]
+        padded = [np.pad(_packed(mipmap), 1, mode='edge') for mipmap in mipmaps]
         starts = np.cumsum([0] + [one.shape[0] * one.shape[1] for one in padded])
         self.levels = np.array([(start, one.shape[1] - 2, one.shape[0] - 2)
                                 for start, one in zip(starts, padded)])
         self.texels = np.concatenate([one.reshape(-1) for one in padded])
         self.texels.flags.writeable = self.levels.flags.writeable = False
+
+    def mipmap(self, level: int) -> np.ndarray:
+        """Return a mipmap in linear light: (height, width, 3)."""
+        start, width, height = self.levels[level]
+        texels = self.texels[start:start + (width + 2) * (height + 2)]
+        inner = texels.reshape(height + 2, width + 2, 1)[1:-1, 1:-1]
+        shifts = BITS * np.arange(3, dtype=np.uint64)
+        return ((inner >> shifts & np.uint64(STEPS)) / np.float32(STEPS)).astype(np.float32)
+
+
+def _packed(linear):
+    """Return an image in linear light (height, width, 3) as texels (height, width)."""
+    red, green, blue = np.rint(np.moveaxis(linear, 2, 0) * float(STEPS)).astype(np.uint64)
+    return red | green << np.uint64(BITS) | blue << np.uint64(2 * BITS)
 
 
 def halved(linear: np.ndarray, axis: int) -> np.ndarray:
@@ -134,85 +149,40 @@ def halved(linear: np.ndarray, axis: int) -> np.ndarray:
 
 
 @late_inner_kernel
-def trilinear(texels, levels, mipmaps, place, linear, i):
+def bilinear(texels, start, width, height, place):
     """
-    Write red, green and blue in linear light of a texture.
+    Return red, green and blue between four texels of a mipmap, in steps of linear light.
 
-    mipmaps: the first of its among `levels`, and how many it has; place: x and y [texel of the
-    largest mipmap], where anything is allowed, and the mipmap, between two of them; linear: flat,
-    written from i on.
-    """
-    first, count = mipmaps
-    x, y, lod = place
-    width, height = np.float32(levels[first, 1]), np.float32(levels[first, 2])
-    # Of what is no number, the comparisons make 0.
-    x = min(x, width) if x > np.float32(0.0) else np.float32(0.0)
-    y = min(y, height) if y > np.float32(0.0) else np.float32(0.0)
-    if not lod > np.float32(0.0) or count == 1:
-        share = np.float32(1.0)
-        p, stride, shares = _beside(levels, first, x, y, share)
-        red, green, blue, more = _mixed(texels, p, stride, shares)
-        _store(linear, i, red, green, blue, more)
-        return
-    lod = min(lod, np.float32(count - 1))
-    level = min(np.int64(lod), count - 2)
-    share = lod - np.float32(level)
-    level += first
-    x, y = x / width, y / height
-    p, stride, shares = _beside(levels, level, x * np.float32(levels[level, 1]),
-                                y * np.float32(levels[level, 2]), np.float32(1.0) - share)
-    level += 1
-    q, next_stride, next_shares = _beside(levels, level, x * np.float32(levels[level, 1]),
-                                          y * np.float32(levels[level, 2]), share)
-    red, green, blue, more = _mixed(texels, p, stride, shares)
-    next_red, next_green, next_blue, next_more = _mixed(texels, q, next_stride, next_shares)
-    _store(linear, i, red + next_red, green + next_green, blue + next_blue, more + next_more)
-
-
-@late_inner_kernel
-def _beside(levels, level, x, y, share):
-    """
-    Return where in `texels` the texel above and left of a place in a mipmap is.
-
-    Also how far it is to the row below, and the shares of this texel, the one to its right, and
-    those below the two; their sum is `share`.
+    start: of the mipmap in texels; width, height: its size; place: x and y from 0 to 1.
     """
     # Texels' centres are at halves, and the first texel is beside the edge.
-    x, y = x + np.float32(0.5), y + np.float32(0.5)
-    column, row = np.int64(x), np.int64(y)
+    half, one = np.float32(0.5), np.float32(1.0)
+    x, y = place[0] * np.float32(width) + half, place[1] * np.float32(height) + half
+    column, row = np.int32(x), np.int32(y)
     right, down = x - np.float32(column), y - np.float32(row)
-    stride = TEXEL * (levels[level, 1] + 2)
-    p = TEXEL * (levels[level, 0] + column) + row * stride
-    lower = share * down
-    upper = share - lower
-    return np.uint64(p), np.uint64(stride), (
-        upper - upper * right, upper * right, lower - lower * right, lower * right)
+    stride = np.int32(width + 2)
+    # Positive, which in 32 bits makes an index that a vector of pixels is fetched with.
+    p = np.uint32(np.int32(start + np.int32(row * stride)) + column) & POSITIVE
+    q = np.uint32(p + np.uint32(stride)) & POSITIVE
+    here, beside = texels[p], texels[np.uint32(p + np.uint32(1)) & POSITIVE]
+    below, across = texels[q], texels[np.uint32(q + np.uint32(1)) & POSITIVE]
+    left, up = one - right, one - down
+    shares = up * left, up * right, down * left, down * right
+    return (_mixed(here, beside, below, across, shares, np.uint64(0)),
+            _mixed(here, beside, below, across, shares, np.uint64(BITS)),
+            _mixed(here, beside, below, across, shares, np.uint64(2 * BITS)))
 
 
 @late_inner_kernel
-def _mixed(texels, p, stride, shares):
-    """
-    Return the channels of the texel at p, the one to its right, and those below, in these shares.
-
-    All four, the one without a meaning too: so they are one vector.
-    """
-    q = p + stride
-    one, two, three = np.uint64(1), np.uint64(2), np.uint64(3)
-    return (_channel(texels, p, q, shares), _channel(texels, p + one, q + one, shares),
-            _channel(texels, p + two, q + two, shares),
-            _channel(texels, p + three, q + three, shares))
+def _mixed(here, beside, below, across, shares, bits):
+    """Return a channel of four texels in these shares."""
+    return (shares[0] * _channel(here, bits) + shares[1] * _channel(beside, bits)
+            + shares[2] * _channel(below, bits) + shares[3] * _channel(across, bits))
 
 
 @late_inner_kernel
-def _channel(texels, p, q, shares):
-    return (shares[0] * texels[p] + shares[1] * texels[p + np.uint64(TEXEL)]
-            + shares[2] * texels[q] + shares[3] * texels[q + np.uint64(TEXEL)])
-
-
-@late_inner_kernel
-def _store(linear, i, red, green, blue, more):
-    linear[i], linear[i + np.uint64(1)] = red, green
-    linear[i + np.uint64(2)], linear[i + np.uint64(3)] = blue, more
+def _channel(texel, bits):
+    return np.float32(np.int32(texel >> bits) & np.int32(STEPS))
 
 
 @late_inner_kernel
@@ -240,4 +210,4 @@ LOG2 = _log2_polynomial()
 def encode(linear, table):
     """Return the level from 0 to 255 of linear light from 0 to 1; table: ENCODE."""
     root = np.sqrt(min(linear, np.float32(1.0)))
-    return table[np.uint64(root * np.float32(ENTRIES - 1) + np.float32(0.5))]
+    return table[np.uint32(np.int32(root * np.float32(ENTRIES - 1) + np.float32(0.5)))]

@@ -24,8 +24,7 @@ from typing import NamedTuple
 from flag_sim.drawing.coverage import edge_function
 from flag_sim.drawing.geometry import next_centre, SUBPIXELS
 from flag_sim.drawing.pixels import LANES
-from flag_sim.drawing.visibility import store_primitive
-from flag_sim.jit.kernels import late_inner_kernel, late_kernel
+from flag_sim.jit.kernels import late_inner_kernel
 
 import numpy as np
 
@@ -193,19 +192,3 @@ def _is_thin(values, k, extent, area, columns, is_perspective_correct):
     if is_perspective_correct:
         return not reach * max(a, b, c) <= most * min(a, b, c)
     return not reach < most
-
-
-@late_kernel
-def store_primitives(count, is_perspective, first_id, primitives, batch):
-    """Write a batch's first `count` triangles as primitives with IDs from first_id on."""
-    integers, values = batch.integers, batch.values
-    for k in range(count):
-        ab_u, ab_v = np.int64(integers[AB_U + k]), np.int64(integers[AB_V + k])
-        ac_u, ac_v = np.int64(integers[AC_U + k]), np.int64(integers[AC_V + k])
-        area = ab_u * ac_v - ac_u * ab_v
-        scale = SUBPIXELS / area if area != 0 else 0.0
-        s_b, s_c = (values[AT_B + k], values[AT_C + k]) if is_perspective else (1.0, 1.0)
-        store_primitive(primitives, first_id + np.int64(k), integers[FACE + k],
-                        (0.0, s_b * ac_v * scale, -s_b * ac_u * scale),
-                        (0.0, -s_c * ab_v * scale, s_c * ab_u * scale),
-                        (integers[A_U + k] / SUBPIXELS, integers[A_V + k] / SUBPIXELS))

@@ -15,22 +15,21 @@
 """
 Visibility: which triangle each pixel sees, and where in the triangle (Burns and Hunt, 2013).
 
-While triangles are drawn, a pixel only stores the ID of the primitive that it sees; when the band
-is done, that is resolved to the scene's triangle and barycentric weights. From these any
-attribute can be interpolated (see attributes) without another look at the rasterizer, as with
+While triangles are drawn, a pixel only stores which face it sees; from that and its depth any
+attribute follows (see planes and attributes) without another look at the rasterizer, as with
 nvdiffrast's rasterize and interpolate (Laine et al., 2020).
 
-A primitive is a triangle as it is drawn: one of the scene's, or one of those in which clipping
-leaves it.
+A face is a side of one of the scene's triangles, also where clipping leaves a part of it.
 """
 from typing import NamedTuple
 
+from flag_sim.drawing.planes import at_pixel
 from flag_sim.jit.kernels import late_inner_kernel, late_kernel
 
 import numpy as np
 
-# The ID that pixels hold where nothing is drawn.
-NO_PRIMITIVE = np.uint32(0)
+# What pixels hold where nothing is drawn.
+NO_FACE = np.uint32(0)
 # What is added to it where the pixel sees a line of the triangle's outline.
 OUTLINE = np.uint32(2 ** 31)
 
@@ -53,67 +52,57 @@ class Visibility(NamedTuple):
     depths: np.ndarray
 
 
-class Primitives(NamedTuple):
-    """
-    The primitives of a band by their IDs; of size 0 if they are not wanted.
-
-    faces: (n,) int32, twice the triangle's index, one more if its back is seen; planes: (n, 6):
-    the weights of its second and third vertex, times reversed Z in perspective: each at column 0
-    and row 0 of the image, and its changes a column and a row.
-    """
-
-    faces: np.ndarray
-    planes: np.ndarray
-
-
-def new_primitives(count: int) -> Primitives:
-    """Make the arrays for so many primitives."""
-    return Primitives(np.empty(count, np.int32), np.empty((count, 6)))
+@late_inner_kernel
+def face_mark(face):
+    """Return what pixels hold that see a face: twice the triangle's index, plus 1 on its back."""
+    return np.uint32(face) + np.uint32(1)
 
 
 @late_inner_kernel
-def store_primitive(primitives, primitive_id, face, weight_b, weight_c, origin):
-    """
-    Write a primitive.
+def triangle_of(mark):
+    """Return the index of the triangle that a pixel sees; of a pixel that sees nothing, 0."""
+    mark = np.uint32(mark & ~OUTLINE)
+    return np.uint32(max(mark, np.uint32(1)) - np.uint32(1)) >> np.uint32(1)
 
-    weight_b, weight_c: a weight's value at the column and row `origin`, and its changes a column
-    and a row.
-    """
-    u, v = origin
-    primitives.faces[primitive_id] = face
-    planes = primitives.planes
-    planes[primitive_id, 0] = weight_b[0] - weight_b[1] * u - weight_b[2] * v
-    planes[primitive_id, 1], planes[primitive_id, 2] = weight_b[1], weight_b[2]
-    planes[primitive_id, 3] = weight_c[0] - weight_c[1] * u - weight_c[2] * v
-    planes[primitive_id, 4], planes[primitive_id, 5] = weight_c[1], weight_c[2]
+
+@late_inner_kernel
+def is_back(mark):
+    """Return whether a pixel that sees something sees the back of a triangle."""
+    return (mark & np.uint32(1)) == 0
 
 
 @late_kernel
-def write_visibility(primitive_ids, depth, region, is_perspective, primitives, images):
-    """
-    Resolve what the pixels of a Region see.
-
-    primitive_ids, depth: a band's buffers; images: triangles, is_back and weights of a
-    Visibility.
-    """
-    triangles, is_back, weights = images
-    faces, planes = primitives
+def write_faces(faces, region, image):
+    """Write the faces of a Region of a band's buffers into an image (height, width)."""
     for row in range(region.first, region.first + region.rows):
-        v = region.top + row
-        for u in range(region.left, region.right):
-            p = primitive_ids[row * region.stride + u] & ~OUTLINE
-            if p == NO_PRIMITIVE:
-                triangles[v, u] = -1
-                is_back[v, u] = False
-                weights[v, u, 0] = weights[v, u, 1] = 0.0
-                continue
-            triangles[v, u], is_back[v, u] = faces[p] >> 1, (faces[p] & 1) == 1
-            divisor = float(depth[row * region.stride + u]) if is_perspective else 1.0
-            weight_b = (planes[p, 0] + planes[p, 1] * u + planes[p, 2] * v) / divisor
-            weight_c = (planes[p, 3] + planes[p, 4] * u + planes[p, 5] * v) / divisor
-            weight_b = min(max(weight_b, 0.0), 1.0)
-            weights[v, u, 0] = weight_b
-            weights[v, u, 1] = min(max(weight_c, 0.0), 1.0 - weight_b)
+        source, target = np.uint64(row * region.stride), np.uint64(region.top + row)
+        for i in range(np.uint64(region.left), np.uint64(region.right)):
+            image[target, i] = faces[source + i]
+
+
+@late_kernel
+def write_visibility(area, marks, depth, attributes, images):
+    """
+    Resolve what pixels of a row see.
+
+    area: the row, their first column and the end; marks, depth: of the row; attributes: see
+    channels; images: triangles, is_back and weights of a Visibility.
+    """
+    triangles, are_back, weights = images
+    row, left, right = area
+    planes, is_perspective, v = attributes.weights, attributes.is_perspective, np.float64(row)
+    for i in range(left, right):
+        mark, u = marks[i], np.float64(i)
+        t = triangle_of(mark)
+        is_seen = mark != NO_FACE
+        z = np.float64(depth[i]) if is_perspective else 1.0
+        weight_b = z * at_pixel(planes, 0, t, u, v)
+        weight_c = z * at_pixel(planes, 1, t, u, v)
+        weight_b = min(max(weight_b, 0.0), 1.0) if is_seen else 0.0
+        weight_c = min(max(weight_c, 0.0), 1.0 - weight_b) if is_seen else 0.0
+        triangles[row, i] = np.int32(t) if is_seen else np.int32(-1)
+        are_back[row, i] = is_seen & is_back(mark)
+        weights[row, i, 0], weights[row, i, 1] = weight_b, weight_c
 
 
 @late_inner_kernel

@@ -126,11 +126,11 @@ def floor(flag, normals):
     columns = drawn.any(axis=0)
     first, last = int(np.argmax(columns)), CAMERA.width - int(np.argmax(columns[::-1]))
     images = Framebuffer(CAMERA.width, CAMERA.height, 1, 0).images([])
-    buffers = new_buffers(CAMERA.width, 0, False, 0)
+    buffers = new_buffers(CAMERA.width, 0, False, False)
     state = RasterizerState(np.int32(0), np.int32(0), np.float32(np.inf), False, False)
     settings = RenderSettings(state, np.zeros((1, 2), np.int32), np.uint32(0), np.float32(0.0),
                               CAMERA.width, CAMERA.height, False)
-    target = Target(buffers.colour, buffers.depth, buffers.primitive_ids, buffers.primitives, 0,
+    target = Target(buffers.colour, buffers.depth, buffers.faces, 0,
                     BAND, CAMERA.width, buffers.stride)
     # Reversed Z, red, green, blue: at the first pixel, a column on, a row on, least and most.
     planes = np.array([[0.1, 1e-9, 0.0, 0.0, 1.0], [200.0, 1e-6, 0.0, 0.0, 255.0],

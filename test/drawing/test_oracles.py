@@ -239,10 +239,9 @@ def llvmpipe_texture(camera, light, texture):
     program['ambient'] = light.ambient
     image = context.texture(texture.size, 4, dtype='f4')
     image.build_mipmaps()
-    for level, (start, width, height) in enumerate(texture.levels):
-        padded = texture.texels[4 * start:4 * (start + (width + 2) * (height + 2))]
-        inner = padded.reshape(height + 2, width + 2, 4)[1:-1, 1:-1]
-        image.write(np.ascontiguousarray(inner).tobytes(), level=level)
+    for level in range(len(texture.levels)):
+        linear = np.pad(texture.mipmap(level), ((0, 0), (0, 0), (0, 1)))
+        image.write(np.ascontiguousarray(linear).tobytes(), level=level)
     image.filter = context.LINEAR_MIPMAP_LINEAR, context.LINEAR
     image.repeat_x = image.repeat_y = False
     image.use()

@@ -24,7 +24,7 @@ import numpy as np
 import pytest
 
 from support.triangles import (
-    BATCH, covered, draw, geometry_of, HEIGHT, NO_IDS, NO_PRIMITIVES, POLYGON, some_triangles,
+    BATCH, covered, draw, geometry_of, HEIGHT, NO_FACES, POLYGON, some_triangles,
     STRIDE, WIDTH)
 
 
@@ -183,8 +183,8 @@ def test_hostile_vertices_write_nothing_outside():
         # The rows lie between margins that must stay as they are.
         depth = np.full(size + 2 * margin, np.float32(-1e30))
         colour = np.full(size + 2 * margin, 77, np.uint32)
-        target = Target(colour[margin:margin + size], depth[margin:margin + size], NO_IDS,
-                        NO_PRIMITIVES, 0, HEIGHT, WIDTH, STRIDE)
+        target = Target(colour[margin:margin + size], depth[margin:margin + size],
+                        NO_FACES, 0, HEIGHT, WIDTH, STRIDE)
         rasterize(geometry, Colours(np.full((12000, 2, 3), 128.0), False), indices[:count],
                   RasterizerState(np.int32(0), np.int32(0), np.float32(np.inf), False, True),
                   target, BATCH, POLYGON, None)

@@ -17,14 +17,16 @@ import hashlib
 
 from flag_sim.cloth import Cloth
 from flag_sim.cloth.solvers import SOLVERS
-from flag_sim.drawing import Camera, flag_scene, LastFrame, Picture, Style
+from flag_sim.drawing import (
+    Camera, Dimensions, flag_scene, LastFrame, Materials, Picture, Style, Texture)
 import numpy as np
 
 POLE = (0.0, 0.0, 0.05)
 CAMERA = Camera(320, 240)
 STYLES = {'screen': Style(), 'perspective': Style(interpolation='perspective'),
           'flat': Style(shading='flat'), 'samples': Style(samples=8),
-          'painter': Style(hidden_surface='painter'), 'outline': Style(outline=True)}
+          'painter': Style(hidden_surface='painter'), 'outline': Style(outline=True),
+          'looks': Style(shadows=True, sky_gradient=True, samples=4)}
 CHANNELS = ('depth', 'normals', 'labels', 'texture_coordinates', 'flow')
 
 
@@ -49,7 +51,11 @@ if __name__ == '__main__':
             cloth, _ = blown(20, rows=9, columns=13, solver=solver, precision=precision)
             tell(f'{solver}, {precision}', cloth.positions, cloth.velocities)
     cloth, before = blown(30)
-    objects = flag_scene(cloth.positions, cloth.normals(), CAMERA, last=LastFrame(before, CAMERA))
+    image = Texture(np.indices((37, 50, 3)).prod(axis=0).astype(np.uint8))
     for name, style in STYLES.items():
+        objects = flag_scene(
+            cloth.positions, cloth.normals(), CAMERA, last=LastFrame(before, CAMERA),
+            materials=Materials(flag_image=image if name == 'looks' else None),
+            dimensions=Dimensions(ground_visible=name == 'looks'))
         frame = Picture().draw_scene(objects, CAMERA, style=style, channels=CHANNELS)
         tell(name, frame.colour, *(getattr(frame, channel) for channel in CHANNELS))

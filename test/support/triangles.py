@@ -19,13 +19,12 @@ from flag_sim.drawing.geometry import Geometry, SUBPIXELS, Vertices, ViewTransfo
 from flag_sim.drawing.polygon import new_polygon
 from flag_sim.drawing.rasterizer import Colours, rasterize, RasterizerState, Target
 from flag_sim.drawing.triangle_setup import new_batch
-from flag_sim.drawing.visibility import new_primitives
 
 import numpy as np
 
 WIDTH, HEIGHT = 61, 43
 STRIDE = 64
-NO_IDS, NO_PRIMITIVES = np.empty(0, np.uint32), new_primitives(0)
+NO_FACES = np.empty(0, np.uint32)
 BATCH, POLYGON = new_batch(), new_polygon()
 
 
@@ -56,8 +55,8 @@ def draw(corners, reversed_z=1.0, colours=255.0, is_perspective_correct=False, b
     for top in range(0, HEIGHT, -(-HEIGHT // bands)):
         end = min(top + -(-HEIGHT // bands), HEIGHT)
         found, _, _ = triangles_in_rows(order, top, end, indices)
-        target = Target(colour[top:end].reshape(-1), depth[top:end].reshape(-1), NO_IDS,
-                        NO_PRIMITIVES, top, end, WIDTH, STRIDE)
+        target = Target(colour[top:end].reshape(-1), depth[top:end].reshape(-1), NO_FACES,
+                        top, end, WIDTH, STRIDE)
         rasterize(geometry, Colours(values, False), indices[:found], state, target, BATCH, POLYGON,
                   None)
     return depth[:, :WIDTH], colour[:, :WIDTH]
