@@ -75,7 +75,8 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', ['resource/' + NAME]),
         ('share/' + NAME, ['package.xml']),
-        ('share/' + NAME + '/config', sorted(glob('config/*.yaml') + glob('config/*.xml'))),
+        ('share/' + NAME + '/config', sorted(
+            path for kind in ('yaml', 'xml', 'png') for path in glob(f'config/*.{kind}'))),
     ],
     cmdclass={'install_data': InstallData},
     entry_points={

@@ -17,8 +17,9 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from flag_sim.cloth import Cloth
+from flag_sim.declarations.images import picture_of
 from flag_sim.declarations.physics import AIR, GRID, MATERIAL, OPTIONS, STEPPING
-from flag_sim.declarations.renderer import CAMERA, LIGHT, RENDERER, STYLE, SURFACES
+from flag_sim.declarations.renderer import CAMERA, IMAGE, LIGHT, RENDERER, STYLE, SURFACES
 from flag_sim.declarations.scene import DIMENSIONS
 from flag_sim.drawing import Camera, Dimensions, Light, Materials, Style
 
@@ -72,14 +73,16 @@ COLOURS = tuple(declaration.name for declaration in RENDERER
 
 def look_of(values: Values) -> Look:
     """
-    Return the Look; raises ValueError for values that it cannot have.
+    Return the Look; raises ValueError for what it cannot have, as an image that cannot be read.
 
     Between black and another colour, keys pass through what Surface and Style refuse, for people
     who give it count colours from 0 to 1: that is black here.
     """
     values = {name: (0.0, 0.0, 0.0) if name in COLOURS and 0.0 < max(value) <= 1.0 else value
               for name, value in values.items()}
+    picture = picture_of(values[IMAGE.name])
     return Look(
         CAMERA.make(values), LIGHT.make(values),
-        Materials(**{thing: group.make(values) for thing, group in SURFACES.items()}),
+        Materials(**{thing: group.make(values) for thing, group in SURFACES.items()},
+                  flag_image=picture and picture.texture),
         DIMENSIONS.make(values), STYLE.make(values))

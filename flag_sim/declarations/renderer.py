@@ -28,9 +28,14 @@ SURFACES = {
     'pole': Group(Materials().pole, 'pole.', exclude=('transmission',), thing='pole'),
     'platform': Group(Materials().platform, 'platform.', exclude=('transmission',),
                       thing='platform'),
+    'ground': Group(Materials().ground, 'ground.', thing='ground',
+                    exclude=('transmission', 'specular', 'shininess')),
 }
 FRAME_ID = Declaration('camera.frame_id', 'camera_optical_frame',
                        "name of the camera's optical frame in headers", fixed=True)
+IMAGE = Declaration(
+    'flag.image', '', 'file of a picture on the flag, or one of tricolour.png, cross.png and '
+    'checker.png; empty: flag.color')
 COMPRESSED = (
     Declaration('compressed.format', 'jpeg', 'of camera/image_raw/compressed',
                 choices=('jpeg', 'png')),
@@ -42,11 +47,15 @@ RENDERER = (
     *SCENE,
     *CAMERA,
     FRAME_ID,
-    *STYLE.without('background'),
+    *STYLE.without('background', 'sky_gradient', 'sky_zenith'),
     *LIGHT,
-    *(declaration for group in SURFACES.values() for declaration in group),
+    *SURFACES['flag'],
+    IMAGE,
+    *SURFACES['pole'],
+    *SURFACES['platform'],
+    *SURFACES['ground'],
     *DIMENSIONS.without(*POLE_FIELDS, *PLATFORM_FIELDS),
-    *STYLE.pick('background'),
+    *STYLE.pick('background', 'sky_gradient', 'sky_zenith'),
     *COMPRESSED,
     THREADS,
 )

@@ -31,6 +31,7 @@ The modules, in the order in which a frame passes them:
 - scene_buffers: the objects joined in arrays, and which of them have changed
 - geometry: vertices taken to the screen
 - shading: light on vertices
+- shaded_scene: what pixels are shaded with that are shaded one by one
 - culling: which triangles can be seen, and in which rows
 - painter: triangles from far to near, where that is asked for
 - bands: what a thread draws at a time, from clearing to bytes
@@ -43,6 +44,9 @@ The modules, in the order in which a frame passes them:
 - outline: the triangles' edges as lines
 - multisample: several samples a pixel, where there are edges
 - visibility: which triangle each pixel sees
+- surfaces, pixel_pass: pixels that are shaded one by one, with the next three
+- texture, shadows, sky: pictures on surfaces; the scene as the sun sees it; what is behind it
+- image_file: a texture from a file
 - framebuffer: the frame, and its images that are kept
 - channels: normals, labels, texture coordinates and flow of what each pixel sees
 - attributes: any values, interpolated to the pixels of a frame
@@ -59,8 +63,9 @@ from flag_sim.drawing.scene import body, flag_scene, LastFrame, Object, sheet
 from flag_sim.drawing.shading import Light, Surface
 from flag_sim.drawing.shapes import box_mesh, Dimensions
 from flag_sim.drawing.style import Materials, Style
+from flag_sim.drawing.texture import Texture
 from flag_sim.drawing.visibility import Visibility
 
 __all__ = ['body', 'box_mesh', 'Camera', 'Dimensions', 'flag_scene', 'Frame', 'interpolate',
            'LastFrame', 'Light', 'Materials', 'Mesh', 'Object', 'Picture', 'sheet', 'Style',
-           'Surface', 'transforms', 'Visibility']
+           'Surface', 'Texture', 'transforms', 'Visibility']

@@ -27,9 +27,11 @@ from flag_sim.drawing.depth import write_depth
 from flag_sim.drawing.framebuffer import write_rgb
 from flag_sim.drawing.multisample import (
     add_sample, average, begin_samples, mark_edges, TILE, Tiles, triangles_in_tiles)
+from flag_sim.drawing.pixel_pass import shade_band, shade_sample
 from flag_sim.drawing.pixels import BAND, LANES, Region
 from flag_sim.drawing.polygon import new_polygon, Polygon
 from flag_sim.drawing.rasterizer import rasterize, RasterizerState, Target
+from flag_sim.drawing.surfaces import new_shading, Shading, Surfaces
 from flag_sim.drawing.triangle_setup import Batch, new_batch
 from flag_sim.drawing.visibility import new_primitives, NO_PRIMITIVE, Primitives, write_visibility
 from flag_sim.jit.kernels import late_kernel
@@ -43,8 +45,8 @@ class Buffers(NamedTuple):
     One thread's buffers, in which it draws one band after another.
 
     colour, depth, primitive_ids: see rasterizer.Target, of a band's rows and one more above and
-    below, `stride` pixels each; primitive_ids and primitives are of size 0 if they are not
-    wanted; in_band, in_tiles: indices of triangles; tiles: see multisample; batch, polygon:
+    below, `stride` pixels each; primitive_ids, primitives and shading are of size 0 if they are
+    not wanted; in_band, in_tiles: indices of triangles; tiles: see multisample; batch, polygon:
     memory for the rasterizer.
     """
 
@@ -52,6 +54,7 @@ class Buffers(NamedTuple):
     depth: np.ndarray
     primitive_ids: np.ndarray
     primitives: Primitives
+    shading: Shading
     in_band: np.ndarray
     in_tiles: np.ndarray
     tiles: Tiles
@@ -60,8 +63,13 @@ class Buffers(NamedTuple):
     stride: int
 
 
-def new_buffers(width: int, triangles: int, has_samples: bool, primitives: int) -> Buffers:
-    """Make Buffers for an image `width` pixels wide, and for so many triangles and primitives."""
+def new_buffers(width: int, triangles: int, has_samples: bool, primitives: int,
+                shaded: int = 0) -> Buffers:
+    """
+    Make Buffers for an image `width` pixels wide.
+
+    triangles, primitives, shaded: for how many, the last for primitives whose pixels are shaded.
+    """
     stride = -(-width // LANES) * LANES
     pixels, samples = (BAND + 2) * stride, BAND * stride * has_samples
     tiles = Tiles(
@@ -70,6 +78,7 @@ def new_buffers(width: int, triangles: int, has_samples: bool, primitives: int) 
         np.empty((2, samples), np.uint32))
     return Buffers(np.empty(pixels, np.uint32), np.empty(pixels, np.float32),
                    np.empty(pixels if primitives else 0, np.uint32), new_primitives(primitives),
+                   new_shading(shaded, stride if shaded else 0),
                    *np.empty((2, triangles + 1), np.int32), tiles, new_batch(), new_polygon(),
                    stride)
 
@@ -80,7 +89,7 @@ class RenderSettings(NamedTuple):
 
     state: for the samples at the centres; pattern: (samples, 2) int32, where samples lie from the
     centre [subpixel], the centre first; clear_colour: packed, clear_depth: reversed Z, where
-    nothing is; width, height: of the image.
+    nothing is; width, height: of the image; has_sky: whether what shows nothing is drawn too.
     """
 
     state: RasterizerState
@@ -89,6 +98,13 @@ class RenderSettings(NamedTuple):
     clear_depth: float
     width: int
     height: int
+    has_sky: bool
+
+
+class Rare(NamedTuple):
+    """What few pictures need; surfaces: None where no pixels are shaded one by one."""
+
+    surfaces: Surfaces | None
 
 
 @late_kernel
@@ -97,8 +113,9 @@ def draw_bands(taken, geometry, colours, order, settings, buffers, images, rare)
     Draw bands of an image as long as there are any.
 
     taken: (1,) int64, how many bands were taken by this and other threads; colours: see
-    rasterizer; order: see culling; settings: RenderSettings; images: of a Framebuffer; rare: True
-    for outlines or visibility, else None, for which a smaller kernel is compiled.
+    rasterizer; order: see culling; settings: RenderSettings; images: of a Framebuffer; rare: Rare,
+    or None where there are neither outlines, nor visibility, nor pixels that are shaded one by
+    one, for which a smaller kernel is compiled.
     """
     dirty, height = images.dirty, settings.height
     # Edges are looked for across the band's border.
@@ -110,6 +127,9 @@ def draw_bands(taken, geometry, colours, order, settings, buffers, images, rare)
         begin, end = band * BAND, min((band + 1) * BAND, height)
         count, left, right = triangles_in_rows(order, begin - border, end + border,
                                                buffers.in_band)
+        # The sky is everywhere.
+        left = np.int64(0) if settings.has_sky else np.int64(left)
+        right = np.int64(settings.width) if settings.has_sky else np.int64(right)
         last_left, last_right = dirty[0, band], dirty[1, band]
         dirty[0, band], dirty[1, band] = left, right
         left, right = min(left, last_left), max(right, last_right)
@@ -129,19 +149,25 @@ def _draw_band(geometry, colours, indices, settings, region, buffers, images, ra
     colour, depth, primitive_ids = buffers.colour, buffers.depth, buffers.primitive_ids
     is_perspective = geometry.transform.is_perspective
     clear(buffers, settings, region)
-    rasterize(geometry, colours, indices, settings.state,
-              Target(colour, depth, primitive_ids, buffers.primitives, region.top,
-                     region.top + region.rows, settings.width, region.stride), buffers.batch,
-              buffers.polygon, rare)
+    target = Target(colour, depth, primitive_ids, buffers.primitives, region.top,
+                    region.top + region.rows, settings.width, region.stride)
+    # Two calls, for it is the same kernel whatever else is rare.
+    if rare is None:
+        end_id = rasterize(geometry, colours, indices, settings.state, target, buffers.batch,
+                           buffers.polygon, None)
+    else:
+        end_id = rasterize(geometry, colours, indices, settings.state, target, buffers.batch,
+                           buffers.polygon, True)
     border = 1 if settings.pattern.shape[0] > 1 else 0
     own = Region(region.top, border, region.rows - 2 * border, region.left, region.right,
                  region.stride)
     if images.depth.size > 0:
         write_depth(depth, own, is_perspective, images.depth)
     if rare is not None:
-        if primitive_ids.size > 0:
+        if images.visibility[0].size > 0:
             write_visibility(primitive_ids, depth, own, is_perspective, buffers.primitives,
                              images.visibility)
+        shade_band(geometry, buffers, end_id, region, rare.surfaces)
     if border:
         _draw_samples(geometry, colours, indices, settings, own, buffers, rare)
     write_rgb(colour, own, settings.width, images.rgb, images.rgb_words)
@@ -151,20 +177,31 @@ def _draw_band(geometry, colours, indices, settings, region, buffers, images, ra
 def _draw_samples(geometry, colours, indices, settings, own, buffers, rare):
     """Average the colours of tiles with edges in them over the samples of the pattern."""
     tiles, samples, stride = buffers.tiles, settings.pattern.shape[0], own.stride
-    top, rows, no_ids = own.top + 1, own.rows, buffers.primitive_ids[:0]
+    top, rows = own.top + 1, own.rows
+    primitive_ids = buffers.primitive_ids[:0]
+    if buffers.shading.owner.size > 0:
+        primitive_ids = buffers.primitive_ids
     region = Region(top, 0, rows, 0, settings.width, stride)
     colour = buffers.colour[stride:]
     mark_edges(buffers.colour, region, settings.height, tiles)
     count = triangles_in_tiles(geometry, indices, region, tiles.mask, buffers.in_tiles)
     begin_samples(tiles, region, settings.clear_colour, settings.clear_depth, colour)
+    primitive_ids[:] = NO_PRIMITIVE
     # The first sample is the centre.
     for k in range(1, samples):
         state = RasterizerState(settings.pattern[k, 0], settings.pattern[k, 1],
                                 settings.state.depth_ceiling, settings.state.is_outlined,
                                 settings.state.is_perspective_correct)
-        rasterize(geometry, colours, buffers.in_tiles[:np.int64(count)], state,
-                  Target(tiles.colour, tiles.depth, no_ids, buffers.primitives, top, top + rows,
-                         settings.width, stride), buffers.batch, buffers.polygon, rare)
+        target = Target(tiles.colour, tiles.depth, primitive_ids, buffers.primitives, top,
+                        top + rows, settings.width, stride)
+        in_tiles = buffers.in_tiles[:np.int64(count)]
+        if rare is None:
+            rasterize(geometry, colours, in_tiles, state, target, buffers.batch, buffers.polygon,
+                      None)
+        else:
+            end_id = rasterize(geometry, colours, in_tiles, state, target, buffers.batch,
+                               buffers.polygon, True)
+            shade_sample(geometry, buffers, end_id, region, rare.surfaces)
         add_sample(tiles, region, settings.clear_colour, settings.clear_depth)
     average(tiles, region, samples, colour)
 

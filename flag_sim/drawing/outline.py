@@ -22,6 +22,7 @@ its corners, so that the triangle does not hide its own edges.
 from flag_sim.drawing.depth import is_nearer
 from flag_sim.drawing.geometry import SUBPIXEL_BITS, SUBPIXELS
 from flag_sim.drawing.pixels import clamp, pack_rgb
+from flag_sim.drawing.visibility import OUTLINE
 from flag_sim.jit.kernels import late_inner_kernel, late_kernel
 
 import numpy as np
@@ -87,7 +88,7 @@ def _draw_edge(polygon, edge, plane, state, primitive_id, target):
                                             _between(values, (a, b), 2, along, divisor),
                                             _between(values, (a, b), 3, along, divisor))
             if target.primitive_ids.size > 0:
-                target.primitive_ids[pixel] = np.uint32(primitive_id)
+                target.primitive_ids[pixel] = np.uint32(primitive_id) | OUTLINE
 
 
 @late_inner_kernel

@@ -16,7 +16,7 @@
 from collections.abc import Iterable
 import functools
 
-from flag_sim.drawing.bands import BAND, draw_bands, new_buffers, RenderSettings
+from flag_sim.drawing.bands import BAND, draw_bands, new_buffers, Rare, RenderSettings
 from flag_sim.drawing.camera import Camera
 from flag_sim.drawing.channels import attributes_of, channel_names, resolve, RESOLVED
 from flag_sim.drawing.culling import cull, Viewport
@@ -29,7 +29,8 @@ from flag_sim.drawing.painter import far_to_near
 from flag_sim.drawing.rasterizer import Colours, max_primitive_ids, RasterizerState
 from flag_sim.drawing.scene import flag_scene, Object
 from flag_sim.drawing.scene_buffers import SceneBuffers
-from flag_sim.drawing.shading import Light, shade
+from flag_sim.drawing.shaded_scene import ShadedScene
+from flag_sim.drawing.shading import Light
 from flag_sim.drawing.shapes import Dimensions
 from flag_sim.drawing.style import Materials, Style, THREADS
 from flag_sim.parallel.thread_pool import ThreadPool
@@ -55,7 +56,8 @@ class Picture:
     >>> frame.colour, frame.depth
     """
 
-    __slots__ = ('_threads', '_pool', '_scene', '_framebuffer', '_colours', '_buffers')
+    __slots__ = ('_threads', '_pool', '_scene', '_framebuffer', '_colours', '_buffers', '_shaded',
+                 '_sun')
 
     def __init__(self, threads: int = THREADS.default):
         """Begin without buffers: the first frame's camera says how large they are."""
@@ -63,6 +65,7 @@ class Picture:
         self._pool = ThreadPool(self._threads)
         self._scene = self._framebuffer = self._colours = None
         self._buffers = {}
+        self._shaded, self._sun = ShadedScene(self._draw_for_sun), None
 
     def __reduce__(self):
         """Let a copy, also one of a file, begin without buffers: it draws the same."""
@@ -106,9 +109,11 @@ class Picture:
             if self._scene is None or not self._scene.fits(objects):
                 self._scene = SceneBuffers(objects)
             geometry = self._scene.geometry(view_transform(camera))
+            self._shaded.begin(objects, self._scene, light, style)
             colours = self._project_and_shade(objects, geometry, camera, light, style)
             order = self._cull(geometry, camera, style)
-            self._rasterize(geometry, colours, order, camera, style, channels)
+            surfaces = self._shaded.surfaces(self._scene, camera, light, style)
+            self._rasterize(geometry, colours, order, (camera, style), channels, surfaces)
             if not RESOLVED.keys().isdisjoint(channels):
                 self._resolve(attributes_of(objects, self._scene, channels, camera,
                                             camera_before or camera))
@@ -121,7 +126,8 @@ class Picture:
         if self._colours is None or self._colours.shape != shape:
             self._colours = np.empty(shape)
         colours = self._colours
-        view = camera, light, is_flat
+        shaded = self._shaded
+        view = camera, light, is_flat, shaded.key
         changed = scene.begin_frame(objects, view)
         chunks = iter(changed)
 
@@ -130,17 +136,17 @@ class Picture:
                 scene.load(chunk)
                 project(chunk.positions, geometry.transform, chunk.projected)
                 if not is_flat:
-                    shade(chunk.positions, chunk.normals, camera.viewpoint,
-                          objects[chunk.index].surface, light, colours[chunk.vertices])
+                    shaded.shade((chunk.index, chunk.vertices), chunk.positions, chunk.normals,
+                                 camera.viewpoint, light, colours)
 
         self._run(len(changed), work)
         scene.end_frame(objects, view)
         if is_flat:
             normals = face_normals(scene.positions, scene.triangles)
             centres = scene.positions[scene.triangles].mean(axis=1)
-            for one, (_, own) in zip(objects, scene.slices):
-                shade(centres[own], normals[own], camera.viewpoint, one.surface, light,
-                      colours[own])
+            for k, (_, own) in enumerate(scene.slices):
+                shaded.shade((k, own), centres[own], normals[own], camera.viewpoint, light,
+                             colours)
         return Colours(colours, is_flat)
 
     def _cull(self, geometry, camera, style):
@@ -171,20 +177,23 @@ class Picture:
         else:
             work(0)
 
-    def _rasterize(self, geometry, colours, order, camera, style, channels):
+    def _rasterize(self, geometry, colours, order, look, channels, surfaces):
         """Draw all bands; buffers are made anew where they do not fit the camera or the style."""
+        camera, style = look
         key = camera.width, camera.height, style.clear_colour
         if self._framebuffer is None or self._framebuffer.key != key:
             self._framebuffer = Framebuffer(camera.width, camera.height,
                                             -(-camera.height // BAND), style.clear_colour)
         images = self._framebuffer.images(channels)
         settings = _render_settings(camera, style)
-        primitives = max_primitive_ids(geometry) if images.visibility[0].size else 0
-        shape = camera.width, len(geometry.triangles), style.samples > 1, primitives
+        has_ids = images.visibility[0].size or surfaces is not None
+        primitives = max_primitive_ids(geometry) if has_ids else 0
+        shaded = primitives if surfaces is not None else 0
+        shape = camera.width, len(geometry.triangles), style.samples > 1, primitives, shaded
         if any(known != shape for known, _ in self._buffers.values()):
             self._buffers = {}
         taken = np.zeros(1, np.int64)
-        rare = True if style.outline or primitives else None
+        rare = Rare(surfaces) if style.outline or primitives else None
 
         def work(thread):
             if thread not in self._buffers:
@@ -193,6 +202,12 @@ class Picture:
                        images, rare)
 
         self._pool.parallel_for(work)
+
+    def _draw_for_sun(self, objects, camera):
+        """Return the depth of objects as the sun's camera sees them."""
+        if self._sun is None:
+            self._sun = Picture(self._threads)
+        return self._sun.draw_scene(objects, camera, channels=['depth']).depth
 
     def _resolve(self, attributes):
         """Write the channels that are made from what each pixel sees."""
@@ -212,4 +227,5 @@ def _render_settings(camera, style):
         RasterizerState(np.int32(0), np.int32(0), np.float32(-np.inf if is_painter else np.inf),
                         style.outline, is_perspective_correct),
         np.int32(PATTERNS[style.samples] * SUBPIXELS), style.clear_colour,
-        clear_depth(camera.is_perspective), camera.width, camera.height)
+        clear_depth(camera.is_perspective), camera.width, camera.height,
+        style.sky_gradient)

@@ -86,8 +86,8 @@ def rasterize(geometry, colours, indices, state, target, batch, polygon, rare):
     """
     Draw the triangles with `indices`, none of which may have an INVALID vertex.
 
-    batch, polygon: scratch memory. Primitives get IDs from 1 on (see max_primitive_ids). rare:
-    None if there are neither outlines nor IDs, else True.
+    batch, polygon: scratch memory. rare: None if there are neither outlines nor IDs, else True.
+    Primitives get IDs from 1 on (see max_primitive_ids); returns the first one that is free.
     """
     sizes, count = geometry.sizes, np.uint64(indices.size)
     next_id, k = np.int64(1), np.uint64(0)
@@ -109,6 +109,7 @@ def rasterize(geometry, colours, indices, state, target, batch, polygon, rare):
         if rare is not None:
             if state.is_outlined and corners > 0:
                 draw_outline(polygon, corners, state, next_id - 1, target)
+    return next_id
 
 
 def max_primitive_ids(geometry) -> int:

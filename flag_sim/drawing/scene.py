@@ -25,14 +25,15 @@ from flag_sim.drawing import ranges
 from flag_sim.drawing.camera import Camera
 from flag_sim.drawing.mesh import grid_triangles, Mesh
 from flag_sim.drawing.shading import Surface
-from flag_sim.drawing.shapes import Dimensions, platform_mesh, pole_mesh
+from flag_sim.drawing.shapes import Dimensions, ground_mesh, platform_mesh, pole_mesh
 from flag_sim.drawing.style import Materials
+from flag_sim.drawing.texture import Texture
 from flag_sim.parameters import checks
 
 import numpy as np
 
-# What labels of pixels mean; 0 is nothing, and further objects count from 4.
-FLAG, POLE, PLATFORM = 1, 2, 3
+# What labels of pixels mean; 0 is nothing, and further objects count from 5.
+FLAG, POLE, PLATFORM, GROUND = 1, 2, 3, 4
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -46,7 +47,9 @@ class Object:
     the triangles (eq. 1.13); surface: how it looks; label: a whole number from 0 to 255 that tells
     its pixels from others'; is_closed: whether it is a closed body, whose back faces are never
     seen; texture_coordinates: (n, 2) at the vertices, or None; before: (n, 3) [m], where the
-    vertices were in the frame before, for the flow, or None where that is not known.
+    vertices were in the frame before, for the flow, or None where that is not known; texture: a
+    picture that takes the place of the surface's colour, for which there must be
+    texture_coordinates, or None; casts_shadow: whether the sun does not shine through it.
     Arrays that are read-only are taken to be the same in the next frame; others are read again.
     Raises ValueError for other shapes and types, and for triangles of vertices that do not exist.
     """
@@ -59,6 +62,8 @@ class Object:
     is_closed: bool = False
     texture_coordinates: np.ndarray | None = None
     before: np.ndarray | None = None
+    texture: Texture | None = None
+    casts_shadow: bool = True
 
     def __post_init__(self):
         """Refuse what cannot be drawn."""
@@ -82,6 +87,12 @@ class Object:
                             ('before', vertices.shape)):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, ranges.points(name, getattr(self, name), shape))
+        casts_shadow = checks.boolean('casts_shadow', self.casts_shadow)
+        object.__setattr__(self, 'casts_shadow', casts_shadow)
+        if self.texture is not None:
+            checks.instance('texture', self.texture, Texture)
+            checks.require(self.texture_coordinates is not None, 'texture_coordinates',
+                           'given where there is a texture', None)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -122,20 +133,22 @@ def _extremes(triangles):
 
 
 def sheet(vertices: np.ndarray, normals: np.ndarray | None = None, surface: Surface = Surface(),
-          label: int = FLAG, before: np.ndarray | None = None) -> Object:
+          label: int = FLAG, before: np.ndarray | None = None,
+          texture: Texture | None = None) -> Object:
     """
     Return a cloth as an object, both sides of which are seen.
 
     vertices: (rows, columns, 3) [m]; normals: the same shape, of any length, on the side of (row
     direction) x (column direction), or None to average them (eq. 1.13); before: the vertices in
-    the frame before, or None. Its texture coordinates go from 0 to 1 along the rows, which is from
-    the hoist to the fly, and from 0 to 1 down the columns, the same on both sides.
+    the frame before, or None; texture: a picture on it, or None. Its texture coordinates go from 0
+    to 1 along the rows, which is from the hoist to the fly, and from 0 to 1 down the columns, the
+    same on both sides, so that the back shows the picture mirrored, as flags do.
     Raises ValueError for other shapes and types, and for fewer than two rows or columns.
     """
-    return _sheet('', vertices, normals, surface, label, before)
+    return _sheet('', vertices, normals, (surface, texture), label, before)
 
 
-def _sheet(prefix, vertices, normals, surface, label, before):
+def _sheet(prefix, vertices, normals, look, label, before):
     """Return a sheet of which the arguments' names begin with a prefix, where they are refused."""
     vertices = ranges.points(f'{prefix}vertices', vertices, (None, None, 3))
     triangles = grid_triangles(*vertices.shape[:2])
@@ -143,27 +156,32 @@ def _sheet(prefix, vertices, normals, surface, label, before):
         normals = ranges.points(f'{prefix}normals', normals, vertices.shape).reshape(-1, 3)
     if before is not None:
         before = ranges.points(f'{prefix}before', before, vertices.shape).reshape(-1, 3)
+    surface, texture = look
     return Object(vertices.reshape(-1, 3), triangles, normals, surface, label,
-                  texture_coordinates=_grid_coordinates(*vertices.shape[:2]), before=before)
+                  texture_coordinates=_grid_coordinates(*vertices.shape[:2]), before=before,
+                  texture=texture)
 
 
 @functools.lru_cache(maxsize=8)
 def _grid_coordinates(rows, columns):
     """Return (u, v) of the nodes of a grid: (rows columns, 2)."""
     v, u = np.mgrid[0.0:1.0:rows * 1j, 0.0:1.0:columns * 1j]
-    return np.column_stack([u.ravel(), v.ravel()])
+    coordinates = np.column_stack([u.ravel(), v.ravel()])
+    coordinates.flags.writeable = False
+    return coordinates
 
 
 def body(mesh: Mesh, surface: Surface = Surface(), label: int = 0,
-         before: np.ndarray | None = None) -> Object:
+         before: np.ndarray | None = None, casts_shadow: bool = True) -> Object:
     """
     Return a closed mesh as an object; raises ValueError for what is none.
 
-    before: (n, 3) [m], its vertices in the frame before, or None where that is not known.
+    before: (n, 3) [m], its vertices in the frame before, or None where that is not known;
+    casts_shadow: see Object.
     """
     checks.instance('mesh', mesh, Mesh)
     return Object(mesh.vertices, mesh.triangles, mesh.normals, surface, label, True,
-                  before=before)
+                  before=before, casts_shadow=casts_shadow)
 
 
 def flag_scene(flag_vertices: np.ndarray, flag_normals: np.ndarray | None = None,
@@ -171,7 +189,7 @@ def flag_scene(flag_vertices: np.ndarray, flag_normals: np.ndarray | None = None
                dimensions: Dimensions = Dimensions(),
                last: LastFrame | None = None) -> list[Object]:
     """
-    Return the objects of the source's scene (sec. 1.2): the flag and, if seen, pole and platform.
+    Return the objects of the source's scene (sec. 1.2): the flag and what else is to be seen.
 
     flag_vertices, flag_normals: see sheet; camera: it decides how finely round things are cut;
     last: the frame before, or None where there is none; a flag of another grid has no flow.
@@ -186,7 +204,8 @@ def flag_scene(flag_vertices: np.ndarray, flag_normals: np.ndarray | None = None
         before = last.flag_vertices if np.shape(last.flag_vertices) == np.shape(
             flag_vertices) else None
         dimensions_before = last.dimensions
-    flag = _sheet('flag_', flag_vertices, flag_normals, materials.flag, FLAG, before)
+    flag = _sheet('flag_', flag_vertices, flag_normals, (materials.flag, materials.flag_image),
+                  FLAG, before)
     return [flag, *_pole_and_platform(camera, materials, dimensions, dimensions_before)]
 
 
@@ -202,4 +221,8 @@ def _pole_and_platform(camera, materials, dimensions, dimensions_before):
         add(pole_mesh, materials.pole, POLE)
     if dimensions.platform_visible:
         add(platform_mesh, materials.platform, PLATFORM)
+    if dimensions.ground_visible:
+        mesh = ground_mesh()
+        # Nothing is below it that could be in its shadow.
+        objects.append(body(mesh, materials.ground, GROUND, mesh.vertices, casts_shadow=False))
     return objects

@@ -136,13 +136,33 @@ def shade(points: np.ndarray, normals: np.ndarray, viewpoint: np.ndarray, surfac
     A normal that is zero or not finite gets the ambient light alone; points are only read where
     the surface is specular.
     """
-    sun = light.sunlight
-    lighting = Lighting(light.direction, light.ambient, sun * surface.diffuse,
-                        sun * surface.transmission, 255.0 * sun * surface.specular,
-                        surface.shininess)
+    lighting = _lighting(surface, light)
     _shade_diffuse(normals, lighting, surface.color, colours)
     if lighting.specular > 0.0:
         _add_specular(points, normals, viewpoint, lighting, colours)
+
+
+def light_levels(points: np.ndarray, normals: np.ndarray, viewpoint: np.ndarray,
+                 surface: Surface, light: Light, levels: tuple) -> None:
+    """
+    Write the light of the sun alone, for surfaces whose pixels are shaded one by one.
+
+    The others: see shade. levels: two arrays (n, 2, 3), of which [..., 0] is set: of light that
+    is multiplied to a colour, and of the mirrored sun, from 0 to 255, that is added.
+    """
+    sun, mirrored = levels
+    lighting = _lighting(surface, light)._replace(ambient=0.0)
+    _shade_diffuse(normals, lighting, (1.0, 0.0, 0.0), sun)
+    mirrored[:] = 0.0
+    if lighting.specular > 0.0:
+        _add_specular(points, normals, viewpoint, lighting, mirrored)
+
+
+def _lighting(surface, light):
+    sun = light.sunlight
+    return Lighting(light.direction, light.ambient, sun * surface.diffuse,
+                    sun * surface.transmission, 255.0 * sun * surface.specular,
+                    surface.shininess)
 
 
 @late_kernel

@@ -38,12 +38,16 @@ ROUNDNESS = 0.2
 # corners each see a quarter of the hole).
 FEWEST_SEGMENTS = 8
 MOST_SEGMENTS = 256
+# Rings of the ground [m]: small near the pole, where shadows fall, so that single precision tells
+# places in them apart.
+GROUND_RINGS = (1000.0, 300.0, 100.0, 30.0, 10.0, 3.0, 0.0)
+GROUND_SEGMENTS = 64
 
 
 @dataclasses.dataclass(frozen=True)
 class Dimensions(Declared):
     """
-    Dimensions [m] of the pole and the platform, and whether they are seen.
+    Dimensions [m] of the pole and the platform, and whether they and the ground are seen.
 
     The pole is a cylinder of pole_height with a dome on top, a half sphere whose RADIUS is the
     cylinder's DIAMETER, closed below by a flat ring. The platform is a square box of
@@ -61,6 +65,8 @@ class Dimensions(Declared):
                                       name='platform.height')
     pole_visible: bool = declared(True, 'draw the pole', name='pole.visible')
     platform_visible: bool = declared(True, 'draw the platform', name='platform.visible')
+    ground_visible: bool = declared(False, 'draw the ground, a disc of 1 km around the pole',
+                                    name='ground.visible')
 
     def __post_init__(self):
         """Refuse what cannot be built."""
@@ -141,6 +147,13 @@ def platform_mesh(dimensions: Dimensions, segments: int) -> Mesh:
     for side in range(4):
         parts.append(_upright(square[side], square[(side + 1) % 4], height))
     return _join(parts)
+
+
+@functools.cache
+def ground_mesh() -> Mesh:
+    """Build the ground: a disc about the origin, which looks up."""
+    level, up = [0.0] * len(GROUND_RINGS), [1.0] * len(GROUND_RINGS)
+    return _revolve(GROUND_SEGMENTS, [(GROUND_RINGS, level, level, up)])
 
 
 def _check_segments(segments):

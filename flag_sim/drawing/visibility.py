@@ -31,6 +31,8 @@ import numpy as np
 
 # The ID that pixels hold where nothing is drawn.
 NO_PRIMITIVE = np.uint32(0)
+# What is added to it where the pixel sees a line of the triangle's outline.
+OUTLINE = np.uint32(2 ** 31)
 
 
 class Visibility(NamedTuple):
@@ -99,7 +101,7 @@ def write_visibility(primitive_ids, depth, region, is_perspective, primitives, i
     for row in range(region.first, region.first + region.rows):
         v = region.top + row
         for u in range(region.left, region.right):
-            p = primitive_ids[row * region.stride + u]
+            p = primitive_ids[row * region.stride + u] & ~OUTLINE
             if p == NO_PRIMITIVE:
                 triangles[v, u] = -1
                 is_back[v, u] = False

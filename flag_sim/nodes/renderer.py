@@ -13,12 +13,13 @@
 # limitations under the License.
 
 """The renderer node: draws the cloth of every `vertices` message into an image."""
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 import contextlib
 import sys
 import time
 
 from flag_sim.declarations.factories import Look, look_of
+from flag_sim.declarations.images import picture_of
 from flag_sim.declarations.picture_kernels import PICTURE_KERNELS
 from flag_sim.declarations.renderer import RENDERER
 from flag_sim.declarations.scene import check_scene
@@ -85,6 +86,7 @@ class Renderer(FrameNode):
         with compiling(self, PICTURE_KERNELS.name(self.values)):
             PICTURE_KERNELS.warm_up(self.values)
         self._kernels = KernelSwitch(self, PICTURE_KERNELS, self.values, self._server.serve)
+        self._tell_of_image()
         # Made after that, for the number of threads is chosen by how long its first frames take.
         self._picture = Picture(self.values['threads'])
         self._camera_out = {name: publish(self, name) for name in camera_messages.available()}
@@ -101,10 +103,24 @@ class Renderer(FrameNode):
             f'{self.values["width"]} x {self.values["height"]} pixels, waiting for vertices')
 
     def check(self, values: Mapping) -> None:
-        """Raise ValueError for values that together make no scene, and for a frame of no name."""
+        """Raise ValueError for values that make no scene, a frame of no name, a broken image."""
         check_scene(values)
         if not values['camera.frame_id'].strip():
             raise ValueError('camera.frame_id must not be empty')
+        picture_of(values['flag.image'])
+
+    def apply(self, changed: Collection[str]) -> None:
+        """Say what has become of a new image."""
+        if 'flag.image' in changed:
+            self._tell_of_image()
+
+    def _tell_of_image(self):
+        picture = picture_of(self.values['flag.image'])
+        if picture and picture.size != picture.texture.size:
+            width, height = picture.texture.size
+            self.get_logger().warning(
+                f'flag.image: {self.values["flag.image"]} has {picture.size[0]} x '
+                f'{picture.size[1]} pixels, it is scaled down to {width} x {height}')
 
     # What arrives.
 

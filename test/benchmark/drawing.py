@@ -129,7 +129,7 @@ def floor(flag, normals):
     buffers = new_buffers(CAMERA.width, 0, False, 0)
     state = RasterizerState(np.int32(0), np.int32(0), np.float32(np.inf), False, False)
     settings = RenderSettings(state, np.zeros((1, 2), np.int32), np.uint32(0), np.float32(0.0),
-                              CAMERA.width, CAMERA.height)
+                              CAMERA.width, CAMERA.height, False)
     target = Target(buffers.colour, buffers.depth, buffers.primitive_ids, buffers.primitives, 0,
                     BAND, CAMERA.width, buffers.stride)
     # Reversed Z, red, green, blue: at the first pixel, a column on, a row on, least and most.

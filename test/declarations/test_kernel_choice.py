@@ -44,3 +44,11 @@ def test_what_a_program_has_kept_is_loaded(name):
     choice, values = CHOICES[name]
     exec(choice.program(values), {})
     assert choice.load(values)
+
+
+def test_the_kernels_of_images_are_made_ready_without_the_file():
+    """It is read where frames are drawn; a process beside may have another folder."""
+    values = {**defaults('renderer'), 'flag.image': '/nowhere/gone.png', 'shadows': True}
+    assert PICTURE_KERNELS.name(values) == 'the rasterizer with images and shadows'
+    exec(PICTURE_KERNELS.program(values), {})
+    assert PICTURE_KERNELS.load(values)

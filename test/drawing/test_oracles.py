@@ -15,10 +15,10 @@
 """The default scene against programs by others: Embree's rays and Mesa's llvmpipe."""
 import math
 
-from flag_sim.drawing import Camera, Dimensions, Light, Materials, Style
+from flag_sim.drawing import Camera, Dimensions, Light, Materials, Picture, Style, Texture
 from flag_sim.drawing.scene import flag_scene
 from flag_sim.drawing.scene_buffers import SceneBuffers
-from flag_sim.drawing.shading import shade
+from flag_sim.drawing.shading import light_levels, shade
 
 import numpy as np
 
@@ -123,8 +123,8 @@ void main() {{
 """
 
 
-def llvmpipe_image(camera, light, interpolation, background):
-    """Draw the same triangles with the same colours at their corners: (height, width, 3)."""
+def llvmpipe():
+    """Return an OpenGL context of Mesa's own rasterizer, or skip the test."""
     gl = pytest.importorskip('moderngl', reason='moderngl is not installed')
     try:
         context = gl.create_context(standalone=True, backend='egl')
@@ -132,16 +132,27 @@ def llvmpipe_image(camera, light, interpolation, background):
         pytest.skip(f'Mesa is not installed: {error}')
     if 'llvmpipe' not in context.info['GL_RENDERER']:
         pytest.skip(f'not llvmpipe: {context.info["GL_RENDERER"]}')
-    objects, buffers = assemble(camera)
+    return context
+
+
+def on_screen(buffers, camera):
+    """Return the vertices as shaders get them: (n, 3), places [pixel] and reversed Z."""
     points = buffers.positions @ camera.pose[:3, :3].T + camera.pose[:3, 3]
     image = points @ camera.K.T
     # Snapped as by the picture; a corner's place is what both must agree on.
     places = np.floor(image[:, :2] / image[:, 2:] * 256 + 0.5) / 256
-    colours = np.empty((len(points), 2, 3))
+    return np.column_stack([places, 1.0 / points[:, 2]])
+
+
+def llvmpipe_image(camera, light, interpolation, background):
+    """Draw the same triangles with the same colours at their corners: (height, width, 3)."""
+    context = llvmpipe()
+    objects, buffers = assemble(camera)
+    colours = np.empty((len(buffers.positions), 2, 3))
     for one, (vertices, _) in zip(objects, buffers.slices):
         shade(buffers.positions[vertices], buffers.normals[vertices], camera.viewpoint,
               one.surface, light, colours[vertices])
-    data = np.column_stack([places, 1.0 / points[:, 2], colours[:, 0], colours[:, 1]])
+    data = np.column_stack([on_screen(buffers, camera), colours[:, 0], colours[:, 1]])
     word = '' if interpolation == 'perspective' else 'noperspective'
     program = context.program(vertex_shader=SHADER.format(word),
                               fragment_shader=PIXELS.format(word))
@@ -175,3 +186,92 @@ def test_colour_against_llvmpipe(view, interpolation):
     apart = np.abs(rgb.astype(int) - expected).max(axis=-1)
     assert np.mean(np.any(expected != style.background, axis=-1)) > 0.05
     assert np.sum(apart > 1) == 0
+
+
+TEXTURE_SHADER = """
+#version 330
+uniform vec2 size;
+in vec3 screen;
+in vec2 place;
+in vec2 light;
+out vec2 at;
+noperspective out vec2 lit;
+void main() {
+    float w = 1.0 / screen.z;
+    vec2 where = (screen.xy + 0.5) / size * 2.0 - 1.0;
+    gl_Position = vec4(where.x * w, -where.y * w, (1.0 - screen.z) * w, w);
+    at = place;
+    lit = light;
+}
+"""
+TEXTURE_PIXELS = """
+#version 330
+uniform sampler2D image;
+uniform vec2 texels;
+uniform float ambient;
+in vec2 at;
+noperspective in vec2 lit;
+out vec3 color;
+void main() {
+    // As the specification of OpenGL has it: what llvmpipe takes by itself is coarser.
+    vec2 across = dFdx(at) * texels, down = dFdy(at) * texels;
+    float lod = 0.5 * log2(max(dot(across, across), dot(down, down)));
+    vec3 light = textureLod(image, at, lod).rgb;
+    vec3 encoded = mix(12.92 * light, 1.055 * pow(light, vec3(1.0 / 2.4)) - 0.055,
+                       greaterThan(light, vec3(0.0031308)));
+    color = encoded * (ambient + (gl_FrontFacing ? lit.x : lit.y));
+}
+"""
+
+
+def llvmpipe_texture(camera, light, texture):
+    """Draw the flag alone with the same mipmaps: (height, width, 3)."""
+    context = llvmpipe()
+    objects, buffers = assemble(camera)
+    flag, (own, _) = objects[0], buffers.slices[0]
+    sun, mirrored = np.empty((2, len(flag.vertices), 2, 3))
+    light_levels(flag.vertices, buffers.normals[own], camera.viewpoint, flag.surface, light,
+                 (sun, mirrored))
+    data = np.column_stack([on_screen(buffers, camera)[own], flag.texture_coordinates,
+                            sun[..., 0]]).astype(np.float32)
+    program = context.program(vertex_shader=TEXTURE_SHADER, fragment_shader=TEXTURE_PIXELS)
+    program['size'], program['texels'] = (camera.width, camera.height), texture.size
+    program['ambient'] = light.ambient
+    image = context.texture(texture.size, 4, dtype='f4')
+    image.build_mipmaps()
+    for level, (start, width, height) in enumerate(texture.levels):
+        padded = texture.texels[4 * start:4 * (start + (width + 2) * (height + 2))]
+        inner = padded.reshape(height + 2, width + 2, 4)[1:-1, 1:-1]
+        image.write(np.ascontiguousarray(inner).tobytes(), level=level)
+    image.filter = context.LINEAR_MIPMAP_LINEAR, context.LINEAR
+    image.repeat_x = image.repeat_y = False
+    image.use()
+    frame = context.simple_framebuffer((camera.width, camera.height), 3)
+    frame.use()
+    frame.clear(depth=1.0)
+    context.enable(context.DEPTH_TEST)
+    context.vertex_array(
+        program, [(context.buffer(data.tobytes()), '3f 2f 2f', 'screen', 'place', 'light')],
+        context.buffer(np.ascontiguousarray(flag.triangles).tobytes())).render()
+    rows = np.frombuffer(frame.read(components=3), np.uint8)
+    context.release()
+    return rows.reshape(camera.height, camera.width, 3)[::-1]
+
+
+@pytest.mark.parametrize('view', ['default', 'wide', 'behind', 'near'])
+def test_texture_against_llvmpipe(view):
+    near = {'target': (1.5, 0.4, 8.1), 'distance': 1.5, 'roll': 0.5}
+    camera = Camera(**VIEWS.get(view, near))
+    v, u = np.mgrid[:300, :450]
+    image = np.uint8(np.stack([255 * ((u // 30 + v // 30) % 2), 255 * u // 450,
+                               127 + 120 * np.sin(0.05 * u + 0.11 * v)], axis=-1))
+    expected = llvmpipe_texture(camera, Light(), Texture(image))
+    frame = Picture().draw(wave(), camera=camera, channels=['visibility'],
+                           dimensions=Dimensions(pole_visible=False, platform_visible=False),
+                           materials=Materials(flag_image=Texture(image)))
+    seen = frame.visibility.triangles >= 0
+    apart = np.abs(frame.colour.astype(int) - expected).max(axis=-1)[seen]
+    assert seen.sum() > 3000
+    assert apart.mean() < 0.3
+    # Derivatives of OpenGL are differences within 2 x 2 pixels, also across edges.
+    assert np.mean(apart > 2) < 0.001

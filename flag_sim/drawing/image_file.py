@@ -1,0 +1,97 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Textures from files: a picture of any common format, at most as large as one is useful for."""
+import os
+from pathlib import Path
+from typing import NamedTuple
+import warnings
+
+from flag_sim.drawing.texture import DECODE, LARGEST, Texture
+from flag_sim.parameters.plain_file import opened
+
+import numpy as np
+
+LARGEST_FILE = 256 << 20
+"""Bytes of a file."""
+MOST_PIXELS = 2 ** 26
+"""Of a picture, as 8192 x 8192: a small file can hold a picture that no memory holds."""
+FORMATS = ('PNG', 'JPEG', 'WEBP', 'GIF', 'BMP', 'TIFF', 'PPM')
+"""Those that Pillow reads by itself: for others it runs other programs, or reads other files."""
+
+
+class Picture(NamedTuple):
+    """A texture, and the size of the picture that it was made from: (width, height) [pixel]."""
+
+    texture: Texture
+    size: tuple
+
+
+def read_picture(path: str | os.PathLike) -> Picture:
+    """
+    Return the picture in a file as a texture.
+
+    What is larger than a Texture may be is scaled down, in linear light. What is transparent is
+    seen before white. Colour profiles are not read: all is taken for sRGB. Raises ValueError,
+    with path and reason, for a file that is missing or that cannot be read.
+    """
+    path = Path(path)
+    try:
+        from PIL import Image  # which the library does without
+    except ImportError:
+        raise ValueError(f'{path} cannot be read: Pillow is not installed') from None
+    try:
+        with opened(path, LARGEST_FILE) as file, warnings.catch_warnings():
+            warnings.simplefilter('ignore')  # of Pillow's about pictures that are large or odd
+            with Image.open(file, formats=FORMATS) as image:
+                size = image.size
+                if size[0] * size[1] > MOST_PIXELS:
+                    raise ValueError(f'{size[0]} x {size[1]} are more than {MOST_PIXELS} pixels')
+                return Picture(_texture(_opaque(Image, image)), size)
+    except OSError as error:
+        reason = error.strerror or _sentence(error)
+    except Exception as error:  # noqa: B902 (what a damaged file ends in is any of Pillow's)
+        reason = _sentence(error)
+    raise ValueError(f'{path} is no picture that can be read: {reason}')
+
+
+def _sentence(error):
+    return ' '.join(str(error).split())[:200] or type(error).__name__
+
+
+def _opaque(pillow, image):
+    """Return an image of Pillow's in red, green and blue."""
+    if image.mode.startswith('I;16'):
+        image = pillow.fromarray((np.asarray(image) >> 8).astype(np.uint8))
+    if image.mode not in ('RGBA', 'LA', 'PA') and 'transparency' not in image.info:
+        return image.convert('RGB')
+    white = pillow.new('RGBA', image.size, 'white')
+    return pillow.alpha_composite(white, image.convert('RGBA')).convert('RGB')
+
+
+def _texture(image):
+    """Return the Texture of an image of Pillow's, scaled down if it is too large."""
+    width, height = image.size
+    scale = min(1.0, LARGEST / max(width, height))
+    if scale == 1.0:
+        return Texture(np.asarray(image))
+    rows, columns = (np.unique(np.linspace(0, side, max(1, round(side * scale)) + 1).astype(int))
+                     for side in (height, width))
+    linear = np.empty((len(rows) - 1, len(columns) - 1, 3), np.float32)
+    widths = np.diff(columns)[:, None]
+    # A row at a time: the whole in linear light is four times as large as its bytes.
+    for k, (first, end) in enumerate(zip(rows, rows[1:])):
+        strip = DECODE[np.asarray(image.crop((0, int(first), width, int(end))))].mean(axis=0)
+        linear[k] = np.add.reduceat(strip, columns[:-1], axis=0) / widths
+    return Texture.of_light(linear)

@@ -1,0 +1,135 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The scene's part of pixels that are shaded one by one (see surfaces), kept between frames."""
+import dataclasses
+
+from flag_sim.drawing.shading import light_levels, shade
+from flag_sim.drawing.shadows import NO_SHADOWS, shadows_of, sun_camera
+from flag_sim.drawing.sky import sky_of
+from flag_sim.drawing.surfaces import Surfaces
+from flag_sim.drawing.texture import ENCODE, TEXEL
+
+import numpy as np
+
+
+class ShadedScene:
+    """
+    Light, textures and shadows of a scene's vertices, where pixels are shaded one by one.
+
+    draw: draws a list of objects as the sun sees them; it returns their depth (height, width).
+
+    key: what else than objects, camera and light its light depends on; None where nothing is
+    shaded pixel by pixel.
+    """
+
+    def __init__(self, draw):
+        """Begin with nothing."""
+        self._draw = draw
+        self.key = None
+        self._has_shadows = False
+        self._objects = []
+        self._levels = None  # see light_levels
+        self._textures, self._joined = [], None
+
+    def begin(self, objects, scene, light, style):
+        """Begin a frame of `objects`, joined in a SceneBuffers."""
+        self._objects = objects
+        self.key = None
+        self._has_shadows = style.shadows and light.sunlight > 0.0
+        self._is_shaded = [self._has_shadows or one.texture is not None for one in objects]
+        if not any(self._is_shaded) and not style.sky_gradient:
+            return
+        shape = len(scene.triangles if style.shading == 'flat' else scene.positions), 2, 3
+        if self._levels is None or self._levels[0].shape != shape:
+            self._levels = np.zeros(shape), np.zeros(shape)
+        self.key = shape, tuple(self._is_shaded)
+
+    def shade(self, part, points, normals, viewpoint, light, colours):
+        """
+        Light points of an object: see shading.shade.
+
+        part: the object's index, and the points' slice of colours.
+        """
+        index, own = part
+        one = self._objects[index]
+        shade(points, normals, viewpoint, one.surface, light, colours[own])
+        if self.key is not None and self._is_shaded[index]:
+            light_levels(points, normals, viewpoint, one.surface, light,
+                         tuple(levels[own] for levels in self._levels))
+
+    def surfaces(self, scene, camera, light, style):
+        """Return the frame's Surfaces, or None."""
+        if self.key is None:
+            return None
+        textures = [one.texture for one in self._objects]
+        if len(textures) != len(self._textures) or any(
+                one is not last for one, last in zip(textures, self._textures)):
+            self._textures, self._joined = textures, _joined(textures)
+        first_levels, levels, texels = self._joined
+        object_of = np.full(len(scene.triangles), -1, np.int32)
+        coordinates = np.zeros((len(scene.positions), 2))
+        for k, (one, (vertices, triangles)) in enumerate(zip(self._objects, scene.slices)):
+            if self._is_shaded[k]:
+                object_of[triangles] = k
+            if one.texture is not None:
+                coordinates[vertices] = one.texture_coordinates
+        colours = np.array([one.surface.color for one in self._objects])
+        return _read_only(Surfaces(
+            colours, first_levels, levels, texels, object_of, coordinates, *self._levels,
+            light.ambient, ENCODE, style.shading == 'flat', style.interpolation == 'screen',
+            self._shadows(scene, camera, light), sky_of(camera, style)))
+
+    def _shadows(self, scene, camera, light):
+        casting = [own for one, (own, _) in zip(self._objects, scene.slices) if one.casts_shadow]
+        if not self._has_shadows or not casting:
+            return NO_SHADOWS
+        casts = np.concatenate([scene.positions[own] for own in casting])
+        sun = sun_camera(casts, scene.positions, camera, light)
+        if sun is None:
+            return NO_SHADOWS
+        bare = [one if one.texture is None else dataclasses.replace(one, texture=None)
+                for one in self._objects if one.casts_shadow]
+        return shadows_of(self._draw(bare, sun), sun, scene.positions, scene.triangles)
+
+
+def _read_only(record):
+    """Return a record with arrays that are read-only, as some are: one type, so one kernel."""
+    fields = []
+    for field in record:
+        if isinstance(field, np.ndarray) and field.flags.writeable:
+            field = field.view()
+            field.flags.writeable = False
+        is_record = isinstance(field, tuple) and hasattr(field, '_fields')
+        fields.append(_read_only(field) if is_record else field)
+    return type(record)(*fields)
+
+
+def _joined(textures):
+    """Return of each texture the first mipmap and their number, and all levels and texels."""
+    places, levels, texels, count, start = [], [], [], 0, 0
+    for texture in textures:
+        if texture is None:
+            places.append((0, 0))
+            continue
+        places.append((count, len(texture.levels)))
+        levels.append(texture.levels + [start, 0, 0])
+        texels.append(texture.texels)
+        count += len(texture.levels)
+        start += len(texture.texels) // TEXEL
+    # One alone, as most often, is not copied.
+    if not texels:
+        return np.array(places), np.zeros((1, 3), np.int64), np.zeros(TEXEL, np.float32)
+    return (np.array(places), np.concatenate(levels),
+            texels[0] if len(texels) == 1 else np.concatenate(texels))
