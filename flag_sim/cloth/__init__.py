@@ -27,13 +27,14 @@ The modules, in the order in which a frame and its steps pass them:
 - simulation: Cloth, the frame from end to end; it calls all the others
 - options, material, stepping: what users choose: the method, sheet and air, the number of steps
 - mesh: the grid of nodes, how it lies in memory, and its bands for threads
-- state, start: positions and velocities, and where they begin
+- state, states, start: positions and velocities, those that a frame needs, where they begin
 - resampling: the same motion on another grid
 - model: the constants that follow from mesh and material
 - stability: how many steps a frame needs, and how far the cloth is softened if it may not
 - planned_solver: the solver of a frame, with its softened model
 - solvers: the methods, one module each, which take the steps
 - records: the arrays that kernels take, grouped and named
+- pole_frame, turning: the frame of reference of a pole that moves, and what its turn does
 - forces: all forces on the nodes; it calls the next four
 - springs: tension and damping of the threads and diagonals
 - bending: resistance to bending
@@ -50,8 +51,9 @@ The modules, in the order in which a frame and its steps pass them:
 - energy, strain: figures about a state, in plain numpy
 - plain: one step in plain numpy, to be read first
 """
+from flag_sim.cloth.divergence import Diverged
 from flag_sim.cloth.material import Air, Material
-from flag_sim.cloth.simulation import Cloth, Diverged
+from flag_sim.cloth.simulation import Cloth
 from flag_sim.cloth.stability import Plan
 from flag_sim.cloth.stepping import Stepping
 

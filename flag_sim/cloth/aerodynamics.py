@@ -42,6 +42,7 @@ class Wind(NamedTuple):
     drag_rate: float  # the same over a face's mass [1/m3]
     law: int          # drag.QUADRATIC, LINEAR or SEED
     order: int        # of the method, to which the drag is kept from overshooting
+    spin: Vector      # of the frame of reference, against whose air faces turn [rad/s]
 
 
 @inner_kernel
@@ -57,7 +58,25 @@ def _force_per_area(flux, area, wind, dt):
     return wind.drag * s * flux / (area2 * divisor(dt * wind.drag_rate * rate, wind.order))
 
 
-@wide_kernel
+@inner_kernel
+def turning_flux(position: Field, corners: tuple, spin: Vector, area: Vector) -> float:
+    """
+    Return the flux [m3/s] through a face that its frame's spin alone would make in still air.
+
+    corners: its nodes, the right angle first; area: its area vector [m2].
+    """
+    x, y, z = position
+    i, j, k = corners
+    half, quarter = x.dtype.type(0.5), x.dtype.type(0.25)
+    cx = half * x[i] + quarter * (x[j] + x[k])
+    cy = half * y[i] + quarter * (y[j] + y[k])
+    cz = half * z[i] + quarter * (z[j] + z[k])
+    sx, sy, sz = spin
+    return ((sy * cz - sz * cy) * area[0] + (sz * cx - sx * cz) * area[1]
+            + (sx * cy - sy * cx) * area[2])
+
+
+@lean_kernel
 def set_face_forces(nodes: Nodes, wind: Wind, dt: float, weights: Weights, faces: tuple,
                     band: Band) -> None:
     """
@@ -66,6 +85,16 @@ def set_face_forces(nodes: Nodes, wind: Wind, dt: float, weights: Weights, faces
     dt: the step that the drag is taken implicitly over [s], zero for the momentary force. faces:
     six flat arrays, x y z of the upper and of the lower faces.
     """
+    sx, sy, sz = wind.spin
+    if sx != 0.0 or sy != 0.0 or sz != 0.0:
+        _set_forces(nodes, wind, wind.spin, dt, weights, faces, band)
+    else:
+        _set_forces(nodes, wind, None, dt, weights, faces, band)
+
+
+@wide_kernel
+def _set_forces(nodes, wind, spin, dt, weights, faces, band):
+    """Fill faces; spin: None where there is none, for which numba compiles a loop of its own."""
     x, y, z = nodes.position
     vx, vy, vz = nodes.velocity
     wx, wy, wz = wind.velocity
@@ -89,6 +118,8 @@ def set_face_forces(nodes: Nodes, wind: Wind, dt: float, weights: Weights, faces
                       half * (px * qy - py * qx))
         flux = ((wx - sx - own * vx[i]) * ax + (wy - sy - own * vy[i]) * ay
                 + (wz - sz - own * vz[i]) * az)
+        if spin is not None:
+            flux -= turning_flux(nodes.position, (i, e, s), spin, (ax, ay, az))
         f = share * _force_per_area(flux, (ax, ay, az), wind, dt)
         upper_x[i], upper_y[i], upper_z[i] = f * ax, f * ay, f * az
 
@@ -98,6 +129,8 @@ def set_face_forces(nodes: Nodes, wind: Wind, dt: float, weights: Weights, faces
                       half * (px * qy - py * qx))
         flux = ((wx - sx - own * vx[d]) * ax + (wy - sy - own * vy[d]) * ay
                 + (wz - sz - own * vz[d]) * az)
+        if spin is not None:
+            flux -= turning_flux(nodes.position, (d, s, e), spin, (ax, ay, az))
         f = share * _force_per_area(flux, (ax, ay, az), wind, dt)
         lower_x[i], lower_y[i], lower_z[i] = f * ax, f * ay, f * az
 

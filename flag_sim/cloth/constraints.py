@@ -40,7 +40,7 @@ def constrain(state: State, spare: State, limits: Limits, contact: Contact) -> N
         spare.data[3:] = state.data[3:]
         for _ in range(SWEEPS):
             spare.data[:3] = state.data[:3]
-            collide(state.position, spare.nodes, limits, contact, band)
+            collide(state.nodes, spare.nodes, limits, contact, band)
             if np.array_equal(spare.data[:3], state.data[:3]):
                 break
             state.data[:3] = spare.data[:3]

@@ -18,6 +18,8 @@ from typing import NamedTuple
 
 from flag_sim.cloth.mesh import Mesh
 from flag_sim.cloth.records import Vector
+from flag_sim.cloth.turning import in_steps, Turn
+from flag_sim.jit.kernels import lean_inner_kernel
 import numpy as np
 
 NO_POLE = (0.0, 0.0, 0.0)
@@ -34,6 +36,7 @@ class Limits(NamedTuple):
     free: np.ndarray   # flat (mesh.size,): 1 where the node moves, or 0
     columns: np.uint64
     first: np.uint64   # the number of the mesh's first node
+    turn: Turn         # of the pole in a step
 
     @classmethod
     def of(cls, mesh: Mesh, pole: Vector, stretch_limit: float) -> 'Limits':
@@ -43,7 +46,7 @@ class Limits(NamedTuple):
         pole: x, y and radius [m]; NO_POLE where there is none. It is taken to be thicker by some
         units in the last place of the cloth's extent, so that what is rounded is still outside.
         stretch_limit: no node of a pinned mesh may get farther from the beginning of its row than
-        1 + stretch_limit times its distance at rest.
+        1 + stretch_limit times its distance at rest. The pole does not turn.
         """
         x, y, radius = pole
         extent = mesh.length + mesh.width + radius + math.hypot(x, y)
@@ -52,7 +55,15 @@ class Limits(NamedTuple):
             radius += 2.0 * rounding
         reach = (1.0 + stretch_limit) * mesh.dx if mesh.pinned else math.inf
         return cls(mesh.number((x, y, radius)), mesh.number(rounding), mesh.number(reach),
-                   mesh.weights.cell, mesh.free, np.uint64(mesh.columns), np.uint64(mesh.first))
+                   mesh.weights.cell, mesh.free, np.uint64(mesh.columns), np.uint64(mesh.first),
+                   Turn.none(mesh.precision))
+
+
+@lean_inner_kernel
+def limits_in_steps(limits: Limits) -> Limits:
+    """Return limits for velocities in metres per step."""
+    return Limits(limits.pole, limits.rounding, limits.reach, limits.cell, limits.free,
+                  limits.columns, limits.first, in_steps(limits.turn))
 
 
 class Contact(NamedTuple):

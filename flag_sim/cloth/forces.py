@@ -33,10 +33,13 @@ class Forcing(NamedTuple):
     """What acts on the cloth from outside, as its users give it."""
 
     wind: Vector = (0.0, 0.0, 0.0)   # [m/s]
-    gravity: float = 9.81            # [m/s2], along -z
+    gravity: float = 9.81            # [m/s2], against up
     air: Air = Air()
     pole: Vector = NO_POLE           # x, y and radius of a cylinder [m]; measured as positions
     stretch_limit: float = math.inf  # see Limits.of
+    up: Vector = (0.0, 0.0, 1.0)     # a unit vector
+    spin: Vector = (0.0, 0.0, 0.0)   # of the pole, in whose frame all of this is [rad/s]
+    lever: Vector = (0.0, 0.0, 0.0)  # from what it turns about to the positions' origin [m]
 
 
 class Coefficients(NamedTuple):
@@ -44,7 +47,7 @@ class Coefficients(NamedTuple):
 
     springs: Springs
     bend: Vector         # across, down, twist [N/m]; all zero: no bending
-    gravity: float       # g [m/s2]
+    gravity: Vector      # g times a unit vector upwards [m/s2]
     wind: Wind
     node_damping: float  # nu [1/s]; the method's own to take account of
     limits: Limits       # where nodes may be

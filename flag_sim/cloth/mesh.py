@@ -148,6 +148,10 @@ class Mesh:
             return tuple(self.number(one) for one in value)
         return self._dtype.type(min(value, self._largest))
 
+    def hoist(self, hoist_top: Vector) -> np.ndarray:
+        """Return the ends of the hoist, the upper one at hoist_top: (2, 3) [m]."""
+        return self.rest(hoist_top)[[0, -1], 0]
+
     def rest(self, hoist_top: Vector) -> np.ndarray:
         """Return the cloth laid flat from hoist_top along +x and down: (rows, columns, 3) [m]."""
         positions = np.empty((self.rows, self.columns, 3))

@@ -25,6 +25,7 @@ from flag_sim.cloth.mesh import Mesh
 from flag_sim.cloth.records import Sheet
 from flag_sim.cloth.springs import dashpot_constants, spring_constants, Springs
 from flag_sim.parameters.closed import constant
+import numpy as np
 
 
 @constant
@@ -66,10 +67,23 @@ class Model:
         number = self.mesh.number
         drag = forcing.air.drag
         drag_rate = drag / (0.5 * self.cell_mass)
-        wind = Wind(number(tuple(forcing.wind)), number(drag), number(drag_rate),
-                    DRAG_LAWS[forcing.air.law], order)
+        wind = Wind(number(_wind_at_origin(forcing)), number(drag), number(drag_rate),
+                    DRAG_LAWS[forcing.air.law], order, number(_wind_spin(forcing)))
         springs = Springs(number(self.spring_k), number(self.spring_c), number(self.spring_rest))
         return Coefficients(
-            springs, number(self.bend), number(forcing.gravity), wind,
+            springs, number(self.bend), number(tuple(forcing.gravity * up for up in forcing.up)),
+            wind,
             number(self.material.node_damping),
             Limits.of(self.mesh, forcing.pole, forcing.stretch_limit))
+
+
+def _wind_spin(forcing):
+    """Return the spin [rad/s] of what faces feel the wind against; the law of seed knows none."""
+    return (0.0, 0.0, 0.0) if forcing.air.law == 'seed' else forcing.spin
+
+
+def _wind_at_origin(forcing):
+    """Return the wind [m/s] as what turns with the pole feels it where positions begin."""
+    if not any(_wind_spin(forcing)):
+        return tuple(forcing.wind)
+    return tuple((np.asarray(forcing.wind) - np.cross(forcing.spin, forcing.lever)).tolist())

@@ -45,12 +45,12 @@ def take_step(positions: np.ndarray, velocities: np.ndarray, model: Model, forci
     """
     Return the positions and velocities after a step, as new arrays.
 
-    positions, velocities: (rows, columns, 3) [m], [m/s]. model: the cloth's Model. forcing: pole
-    and stretch_limit are ignored; only the quadratic drag law is supported. dt: [s].
+    positions, velocities: (rows, columns, 3) [m], [m/s]. model: the cloth's Model. forcing: pole,
+    stretch_limit and spin are ignored; only the quadratic drag law is supported. dt: [s].
     """
     mesh, grid = model.mesh, model.mesh.grid
     x, v, mass = positions.reshape(-1, 3), velocities.reshape(-1, 3), grid(model.mass).ravel()
-    force = mass[:, None] * [0.0, 0.0, -forcing.gravity]                            # eq. 1.1
+    force = mass[:, None] * (-forcing.gravity * np.array(forcing.up))               # eq. 1.1
     node = np.arange(mesh.rows * mesh.columns).reshape(mesh.rows, mesh.columns)
     # The corners of all cells, named as on a map: the upper edge is north, the hoist west.
     nw, ne, sw, se = node[:-1, :-1], node[:-1, 1:], node[1:, :-1], node[1:, 1:]

@@ -15,12 +15,13 @@
 """A solver whose material is softened where a frame's steps could not carry it."""
 import functools
 
-from flag_sim.cloth.divergence import stability_hint
+from flag_sim.cloth.divergence import Diverged, stability_hint, validate
 from flag_sim.cloth.material import Air, Material
 from flag_sim.cloth.mesh import Mesh
 from flag_sim.cloth.model import Model
 from flag_sim.cloth.solvers.solver import Solver
 from flag_sim.cloth.stability import damping_bound, Plan, plan, SHORTEST_STEP
+from flag_sim.cloth.state import State
 from flag_sim.cloth.stepping import Stepping
 
 
@@ -55,9 +56,15 @@ class PlannedSolver:
         """Make the solver for the material times the factors."""
         self.solver = self._kind(Model(self._mesh, self._material, *factors))
 
-    def hint(self, name: str, step: float, safety: float, air: Air) -> str:
-        """Return which step would have been stable instead of `step` [s]; name: the solver's."""
-        return stability_hint(name, step, safety, *self._bounds, air)
+    def validate(self, state: State, name: str, count: int, step: float, safety: float,
+                 air: Air) -> None:
+        """Raise Diverged if a state is out of bounds after count steps of step [s]; name: ours."""
+        try:
+            validate(state)
+        except Diverged as broken:
+            hint = stability_hint(name, step, safety, *self._bounds, air)
+            raise Diverged(f'{broken} with solver {name} in {count} steps of {step:.3g} s; '
+                           f'the cloth is held where the frame began; {hint}') from None
 
 
 def _restored(mesh, material, kind, factors):

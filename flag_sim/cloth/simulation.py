@@ -16,9 +16,7 @@
 import copy
 import functools
 
-from flag_sim.cloth.constraints import constrain
 from flag_sim.cloth.contact import Limits
-from flag_sim.cloth.divergence import Diverged, validate
 from flag_sim.cloth.forces import Forcing
 from flag_sim.cloth.material import Air, Material
 from flag_sim.cloth.mesh import Grid, Mesh
@@ -27,12 +25,13 @@ from flag_sim.cloth.normals import node_normals
 from flag_sim.cloth.options import Options
 from flag_sim.cloth.planned_solver import PlannedSolver
 from flag_sim.cloth.pole import checked_pole, MAX_HOIST, relative_pole
+from flag_sim.cloth.pole_frame import checked_pose, PoleFrame
 from flag_sim.cloth.records import Vector
 from flag_sim.cloth.resampling import carry_over
 from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.cloth.stability import Plan
 from flag_sim.cloth.start import bump
-from flag_sim.cloth.state import State
+from flag_sim.cloth.states import States
 from flag_sim.cloth.stepping import Stepping
 from flag_sim.parallel.thread_pool import ThreadPool
 from flag_sim.parameters import checks
@@ -52,6 +51,11 @@ def _setting(name, check, doc):
                     lambda self, value: setattr(self, private, check(name, value)), doc=doc)
 
 
+def _view(name, doc):
+    """Return a property that can only be read."""
+    return property(lambda self: getattr(self, f'_{name}'), doc=doc)
+
+
 @closed
 class Cloth:
     """
@@ -62,16 +66,16 @@ class Cloth:
     stretch_limit: no node of a pinned cloth ends a frame farther from the beginning of its row
     than 1 + stretch_limit times its distance at rest. pole: an upright cylinder (x, y, radius) [m]
     that no edge and no face of the cloth passes through, however thin it is; the hoist is on its
-    surface or outside.
+    surface or outside. Both are told of a pole upright at the world's origin; pose moves it.
     precision: of the numbers inside, float64 or float32; what is given out is float64.
     start_noise, start_seed: the cloth starts flat but for a random bump of at most start_noise
     [m], which its weight or the wind needs to begin with; the same seed, the same bump.
     threads: how many compute the steps, 0 chooses by measuring the first frames; the result is the
     same to the bit. With xpbd, whose steps go from line to line, and implicit it is one.
 
-    material, air, gravity, stepping, solver, stretch_limit, pole and precision may be changed
-    between frames by assignment, and start_noise and start_seed for the next start; regrid keeps
-    the motion too; hang and reset start anew.
+    material, air, gravity, stepping, solver, stretch_limit, pole, pose and precision may be
+    changed between frames by assignment, and start_noise and start_seed for the next start;
+    regrid keeps the motion too; hang and reset start anew.
     Everything raises ValueError for a value that it cannot take, and then leaves the cloth as it
     was; an attribute that it does not have is an AttributeError. Whatever is set, the state stays
     finite.
@@ -91,6 +95,7 @@ class Cloth:
         self.gravity = gravity
         self.stepping = _or_default(stepping, Stepping)
         self._pole, self._held = None, 0
+        self._frame, self._is_carried = PoleFrame(), False
         self.start_noise, self.start_seed = start_noise, start_seed
         self._pool = ThreadPool(Options.accepted('threads', threads))
         self._solver_name = checks.choice('solver', solver, SOLVERS)
@@ -100,6 +105,10 @@ class Cloth:
         self._stretch_limit = None
         self.stretch_limit = stretch_limit
 
+    mesh = _view('mesh', 'The grid; see regrid and hang.')
+    hoist_top = _view('hoist_top', 'Where the upper hoist corner is: (x, y, z) [m].')
+    held = _view('held', 'How many nodes stretch_limit brought back in the last frame.')
+    is_carried = _view('is_carried', 'Whether the pole was too fast to follow; see advance.')
     air = _setting('air', functools.partial(checks.instance, kind=Air),
                    'The air that carries the wind.')
     stepping = _setting('stepping', functools.partial(checks.instance, kind=Stepping),
@@ -113,16 +122,6 @@ class Cloth:
     def __copy__(self) -> 'Cloth':
         """Return a cloth of its own that goes on as this one would, as copy.deepcopy does."""
         return copy.deepcopy(self)
-
-    @property
-    def mesh(self) -> Mesh:
-        """Return the grid; see regrid and hang."""
-        return self._mesh
-
-    @property
-    def hoist_top(self) -> Vector:
-        """Where the upper hoist corner is: (x, y, z) [m]."""
-        return self._hoist_top
 
     @property
     def material(self) -> Material:
@@ -153,11 +152,6 @@ class Cloth:
             self._constrain()
 
     @property
-    def held(self) -> int:
-        """Return how many nodes stretch_limit brought back in the last frame."""
-        return self._held
-
-    @property
     def pole(self) -> Vector | None:
         """Return the cylinder (x, y, radius) [m] that the cloth stays out of, or None."""
         return self._pole
@@ -165,6 +159,15 @@ class Cloth:
     @pole.setter
     def pole(self, pole: Vector | None) -> None:
         self._pole = checked_pole(pole, self._hoist_top, self._mesh.pinned)
+
+    @property
+    def pose(self) -> np.ndarray:
+        """Where the pole is, a turn and a shift (4, 4); set, it is there at once with its flag."""
+        return self._frame.pose.copy()
+
+    @pose.setter
+    def pose(self, pose: np.ndarray) -> None:
+        self._frame = PoleFrame(checked_pose(pose))
 
     @property
     def solver(self) -> str:
@@ -184,35 +187,38 @@ class Cloth:
     @precision.setter
     def precision(self, precision: str) -> None:
         if Grid.accepted('precision', precision) != self._mesh.precision:
-            old, positions, velocities = self._mesh, self.positions, self.velocities
+            old, state = self._mesh, self._states.now
             self._put_on(Mesh(old.rows, old.columns, old.length, old.width, old.pinned, precision),
                          self._hoist_top)
-            self.place(positions, velocities)
+            self._states.now.place(state.positions(), state.velocities())
 
     @property
     def positions(self) -> np.ndarray:
         """Return a copy of the nodes' positions: (rows, columns, 3) float64 [m]."""
-        return self._state.positions()
+        return self._frame.to_world(self._states.now.positions())
 
     @property
     def velocities(self) -> np.ndarray:
         """Return a copy of the nodes' velocities: (rows, columns, 3) float64 [m/s]."""
-        return self._state.velocities()
+        own = self._states.now.positions()
+        return self._frame.velocities_to_world(own, self._states.now.velocities())
 
     def normals(self) -> np.ndarray:
         """Return the nodes' unit normals: (rows, columns, 3)."""
         return node_normals(self.positions)
 
     def reset(self) -> None:
-        """Lay the cloth flat along +x from the hoist, but for its bump, at rest."""
+        """Lay the cloth flat from the hoist, but for its bump, at rest where the pole is."""
+        self.pose = self._frame.pose
         positions = self._mesh.rest(self._hoist_top)
         positions[..., 1] += bump(self._mesh.rows, self._mesh.columns, self._start_noise,
                                   self._start_seed)
-        self._state.place(positions)
+        self._states.now.place(positions)
 
     def place(self, positions: np.ndarray, velocities: np.ndarray | None = None) -> None:
         """Put all nodes, pins too, at positions, with velocities or at rest (see State.place)."""
-        self._state.place(positions, velocities)
+        self.pose = self._frame.pose
+        self._states.now.place(*self._frame.own(positions, velocities, self._mesh))
 
     def hang(self, hoist_top: Vector, length: float, width: float) -> None:
         """Change the flag's size [m] and where it hangs, (x, y, z) [m]; it starts at rest."""
@@ -225,68 +231,60 @@ class Cloth:
 
     def regrid(self, rows: int, columns: int) -> None:
         """Change the grid while the motion goes on, with its strain and momentum (resampling)."""
-        old = self._mesh
+        old, state = self._mesh, self._states.now
         mesh = Mesh(rows, columns, old.length, old.width, old.pinned, old.precision)
         positions, velocities = carry_over(
-            Model(old, self._material), self.positions, self.velocities,
+            Model(old, self._material), state.positions(), state.velocities(),
             Model(mesh, self._material), self._hoist_top)
         self._put_on(mesh, self._hoist_top)
-        self.place(positions, velocities)
+        self._states.now.place(positions, velocities)
         self._constrain()
 
-    def advance(self, dt: float, wind: Vector = (0.0, 0.0, 0.0)) -> Plan:
+    def advance(self, dt: float, wind: Vector = (0.0, 0.0, 0.0),
+                pose: np.ndarray | None = None) -> Plan:
         """
         Move the cloth on by a frame of dt [s] in a steady wind (x, y, z) [m/s]; return its Plan.
 
+        pose: where the pole is at the end of the frame: its base goes there straight and it turns
+        about one axis, both at constant rates. None: it stands still. Where that is faster than
+        FASTEST_HOIST or FASTEST_SPIN it is there at once, and the cloth is carried along.
         Raises Diverged if the frame went out of bounds: the cloth then still stands at its start.
         """
         dt = checks.finite('dt', dt, high=MAX_FRAME, above=0.0)
         wind = checks.vector('wind', wind, MAX_WIND)
+        end = self._frame.pose if pose is None else checked_pose(pose)
+        frame, is_carried = self._frame.way_to(end, dt, self._mesh, self._hoist_top)
         steps = self._planned.plan(dt, self.air, self.stepping)
-        self._last_good[...] = self._state.data
+        step = dt / steps.granted
+        pole = relative_pole(self._pole, self._hoist_top)
+        forcing = Forcing(wind, self.gravity, self.air, pole, self._stretch_limit,
+                          lever=self._hoist_top)
+        self._states.keep()
         try:
-            self._step(steps.granted, dt / steps.granted, wind)
-            self._validate(steps.granted, dt / steps.granted)
+            if not is_carried:
+                self._frame.hand_over(frame, self._states.now)
+            self._states.take(self._planned.solver, forcing, frame, step, steps.granted,
+                              self._pool)
+            self._planned.validate(self._states.now, self._solver_name, steps.granted, step,
+                                   self.stepping.step_safety, self._air)
         except BaseException:
-            self._state.data[...] = self._last_good  # an interrupt: threads may be steps apart
+            self._states.go_back()
             raise
+        self._frame, self._is_carried = frame._replace(pose=end), is_carried
         self._constrain()
         return steps
-
-    def _step(self, count, step, wind):
-        """Take count steps of step [s]."""
-        pole = relative_pole(self._pole, self._hoist_top)
-        forcing = Forcing(wind, self.gravity, self.air, pole, self._stretch_limit)
-        with self._pool.frame(count):
-            state = self._planned.solver.advance(self._state, self._spare, forcing, step, count,
-                                                 self._pool)
-        if state is not self._state:
-            self._state, self._spare = self._spare, self._state
-
-    def _validate(self, count, step):
-        """Raise Diverged if the state is out of bounds after count steps of step [s]."""
-        try:
-            validate(self._state)
-        except Diverged as broken:
-            hint = self._planned.hint(self.solver, step, self.stepping.step_safety, self.air)
-            raise Diverged(f'{broken} with solver {self.solver} in {count} steps of {step:.3g} s; '
-                           f'the cloth is held where the frame began; {hint}') from None
 
     def _constrain(self):
         """Bring back what is in the pole or farther from the hoist than stretch_limit allows."""
         pole = relative_pole(self._pole, self._hoist_top)
-        contact = self._planned.solver.contact
-        constrain(self._state, self._spare, Limits.of(self._mesh, pole, self._stretch_limit),
-                  contact)
-        self._held = int(np.count_nonzero(contact.brought_back))
+        self._held = self._states.constrain(
+            self._planned.solver, Limits.of(self._mesh, pole, self._stretch_limit))
 
     def _put_on(self, mesh, hoist_top):
         """Take a mesh, with room for its state, the next one, and one to fall back on."""
-        state, spare = State(mesh, hoist_top), State(mesh, hoist_top)
-        last_good = state.data.copy()
+        states = States(mesh, hoist_top)
         self._remodel(mesh, self._material, self._solver_name)
-        self._hoist_top = hoist_top
-        self._state, self._spare, self._last_good = state, spare, last_good
+        self._hoist_top, self._states = hoist_top, states
         self._pool.measure()
 
     def _remodel(self, mesh, material, solver_name):

@@ -184,13 +184,18 @@ def spring_force(x: np.ndarray, tensions: tuple, i: np.uint64, stride: np.uint64
 
 
 @wide_kernel
-def set_springs_and_weight(position: Field, tensions: tuple, mass: np.ndarray, gravity: float,
-                           force: Field, band: Band) -> None:
-    """Set each node's force [N]: its weight (eq. 1.1) plus its eight springs' force (eq. 1.2)."""
+def set_springs_and_weight(position: Field, tensions: tuple, mass: np.ndarray,
+                           gravity: Vector, force: Field, band: Band) -> None:
+    """
+    Set each node's force [N]: its weight (eq. 1.1) plus its eight springs' force (eq. 1.2).
+
+    gravity: g times a unit vector upwards [m/s2].
+    """
     x, y, z = position
     fx, fy, fz = force
+    gx, gy, gz = gravity
     first, last, stride = band
     for i in range(first, last):
-        fx[i] = spring_force(x, tensions, i, stride)
-        fy[i] = spring_force(y, tensions, i, stride)
-        fz[i] = spring_force(z, tensions, i, stride) - gravity * mass[i]
+        fx[i] = spring_force(x, tensions, i, stride) - gx * mass[i]
+        fy[i] = spring_force(y, tensions, i, stride) - gy * mass[i]
+        fz[i] = spring_force(z, tensions, i, stride) - gz * mass[i]

@@ -65,6 +65,12 @@ class State:
             mesh.grid(self.velocity[axis])[...] = velocities[..., axis]
             self.velocity[axis][...] *= mesh.free
 
+    def accelerate(self, change: np.ndarray) -> None:
+        """Add a change (rows, columns, 3) [m/s] to the velocities of all nodes but pins."""
+        for axis in range(3):
+            self.mesh.grid(self.velocity[axis])[...] += (
+                change[..., axis] * self.mesh.grid(self.mesh.free))
+
     def positions(self) -> np.ndarray:
         """Return a copy of the nodes' positions: (rows, columns, 3) float64 [m]."""
         return self._stack(self.position) + self.origin

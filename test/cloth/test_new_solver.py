@@ -49,7 +49,7 @@ def _take_steps(nodes, nodes_out, sheet, coefficients, work, scratch, steps, ban
         set_sum(nodes.position, dt, middle.velocity, nodes_out.position, band)
         set_sum(nodes.velocity, dt, acceleration, nodes_out.velocity, band)
         # The pole, and the attachment to the hoist.
-        collide(nodes.position, nodes_out, coefficients.limits, work.contact, band)
+        collide(nodes, nodes_out, coefficients.limits, work.contact, band)
         wait(work.barrier)
         nodes, nodes_out = nodes_out, nodes
 

@@ -16,7 +16,7 @@
 import platform
 import re
 
-from flag_sim.cloth import aerodynamics, bending, Material, proximity, springs
+from flag_sim.cloth import aerodynamics, bending, Material, proximity, springs, turning
 from flag_sim.cloth.forces import Forcing, Work
 from flag_sim.cloth.mesh import Mesh, PRECISIONS
 from flag_sim.cloth.model import Model
@@ -63,13 +63,14 @@ def loops(precision):
     calls = [
         (springs.elastic_tensions, x, weights, c.springs, work.tensions),
         (springs.damped_tensions, nodes, weights, c.springs, work.tensions),
-        (springs.set_springs_and_weight, x, work.tensions, mass, one, f),
+        (springs.set_springs_and_weight, x, work.tensions, mass, (one, one, one), f),
         (bending.set_moments, x, weights, c.bend, work.moments),
         (bending._add_along, work.moments[0], f[0]),
-        (aerodynamics.set_face_forces, nodes, c.wind, one, weights, work.faces),
+        (aerodynamics._set_forces, nodes, c.wind, None, one, weights, work.faces),
+        (aerodynamics._set_forces, nodes, c.wind, c.wind.spin, one, weights, work.faces),
         (aerodynamics._add_along, work.faces[0], work.faces[3], f[0]),
         (symplectic._move, nodes, out, work.tensions, work.moments, work.faces, case.sheet,
-         symplectic.StepFactors(one, one, one)),
+         symplectic.StepFactors(one, one, (one, one, one))),
         (euler._update, nodes, f, w, out, one, one),
         (seed._update, nodes, f, w, out, one, one),
         (verlet._drift, nodes, a, out, one, one),
@@ -84,6 +85,7 @@ def loops(precision):
         (plate._add_twists, x, weights.cell, one, a),
         (plate._move_twisted, x, w, a),
         (proximity.set_room, x, out.position, c.limits, work.contact),
+        (turning.turn_nodes, nodes, out, c.limits.turn, mass),
         (elementwise.scale, a, one),
         (elementwise.add, a, one, f),
         (elementwise.add_weighted, a, one, w, f),
@@ -118,14 +120,15 @@ def scalar_loops(precision):
         (matrix._multiply_springs, filled, case.mass, one, a, f),
         (matrix._set_face_drag, filled, a, work.faces),
         (conjugate._turn, a, one, f, w),
-        (implicit._guess, v, w, one, one, out.velocity),
+        (implicit._guess, v, w, (one, one, one), one, out.velocity),
         (implicit._set_residual, v, out.velocity, f, system, a)]
     return named(calls, case.mesh.band())
 
 
 def named(calls, band):
-    """Return the calls by the names of their kernels."""
-    return {f'{call[0].py_func.__module__}.{call[0].__name__}': (call[0], (*call[1:], band))
+    """Return the calls by the names of their kernels, of which some do without an argument."""
+    return {f'{call[0].py_func.__module__}.{call[0].__name__}'
+            + ' without' * any(one is None for one in call): (call[0], (*call[1:], band))
             for call in calls}
 
 

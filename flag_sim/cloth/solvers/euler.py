@@ -54,7 +54,7 @@ def _take_steps(nodes, nodes_out, sheet, coefficients, work, scratch, steps, ban
         set_forces(nodes, sheet, coefficients, work, dt, band)
         _update(nodes, work.force, sheet.inverse_mass, nodes_out, dt, keep, band)
         # The pole, and the attachment to the hoist.
-        collide(nodes.position, nodes_out, coefficients.limits, work.contact, band)
+        collide(nodes, nodes_out, coefficients.limits, work.contact, band)
         wait(work.barrier)
         nodes, nodes_out = nodes_out, nodes
 

@@ -65,11 +65,14 @@ def _guess(velocity, inverse_mass, gravity, dt, velocity_out, band):
     """Guess that the nodes fall freely."""
     x, y, z = velocity
     x_out, y_out, z_out = velocity_out
-    fallen, none = dt * gravity, type(dt)(0.0)
+    fx, fy, fz = dt * gravity[0], dt * gravity[1], dt * gravity[2]
+    none = type(dt)(0.0)
     first, last, _ = band
     for i in range(first, last):
-        x_out[i], y_out[i] = x[i], y[i]
-        z_out[i] = z[i] - (fallen if inverse_mass[i] > 0.0 else none)
+        falls = inverse_mass[i] > 0.0
+        x_out[i] = x[i] - (fx if falls else none)
+        y_out[i] = y[i] - (fy if falls else none)
+        z_out[i] = z[i] - (fz if falls else none)
 
 
 @inner_kernel
@@ -157,7 +160,7 @@ def _take_steps(nodes, nodes_out, sheet, coefficients, work, scratch, steps, ban
     dt, residual = steps.dt, scratch.residual
     zero = type(dt)(0.0)
     none = (zero, zero, zero)
-    wind_alone = Coefficients(Springs(none, none, coefficients.springs.rest), none, zero,
+    wind_alone = Coefficients(Springs(none, none, coefficients.springs.rest), none, none,
                               coefficients.wind, coefficients.node_damping, coefficients.limits)
     system = System(scratch.matrix, sheet, coefficients, work, dt)
     for _ in range(steps.count):
@@ -184,7 +187,7 @@ def _take_steps(nodes, nodes_out, sheet, coefficients, work, scratch, steps, ban
         _keep_momentum(position, velocity_out, scratch, system, band)
         set_sum(position, dt, velocity_out, position_out, band)
         # The pole, and the attachment to the hoist.
-        collide(position, nodes_out, coefficients.limits, work.contact, band)
+        collide(nodes, nodes_out, coefficients.limits, work.contact, band)
         nodes, nodes_out = nodes_out, nodes
 
 

@@ -24,7 +24,7 @@ from its neighbours. All five terms are symmetric and none is negative, so neith
 import math
 from typing import NamedTuple
 
-from flag_sim.cloth.aerodynamics import add_wind_forces, Wind
+from flag_sim.cloth.aerodynamics import add_wind_forces, turning_flux, Wind
 from flag_sim.cloth.bending import add_bending_forces, set_moments
 from flag_sim.cloth.drag import drag_factor
 from flag_sim.cloth.forces import Coefficients, Work
@@ -125,6 +125,7 @@ def _face_terms(nodes, corners, wind, drag, weight):
     flux = ((wx - half * vx[i] - quarter * (vx[j] + vx[k])) * ax
             + (wy - half * vy[i] - quarter * (vy[j] + vy[k])) * ay
             + (wz - half * vz[i] - quarter * (vz[j] + vz[k])) * az)
+    flux -= turning_flux(nodes.position, corners, wind.spin, (ax, ay, az))
     _, rate = drag_factor(flux, area2, wind.law)
     size = math.sqrt(weight * drag * rate / area2)
     return size * ax, size * ay, size * az

@@ -100,7 +100,7 @@ def _take_steps(nodes, nodes_out, sheet, coefficients, work, stage, steps, band)
                    (number(weight / 6.0) * dt, number(ahead) * dt, keep), band)
         _end(nodes.position, nodes_out, keep, band)
         # The pole, and the attachment to the hoist.
-        collide(nodes.position, nodes_out, coefficients.limits, work.contact, band)
+        collide(nodes, nodes_out, coefficients.limits, work.contact, band)
         wait(work.barrier)  # before positions that neighbours look at are written over
         nodes, nodes_out = nodes_out, nodes
 
@@ -115,6 +115,7 @@ class RK4(Solver):
 
     order = 4
     drag_order = 4
+    force_time = 0.5
     take_steps = staticmethod(_take_steps)
     is_parallel = True
 

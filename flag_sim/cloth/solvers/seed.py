@@ -14,6 +14,7 @@
 
 """The source text's own scheme: equations 1.5 to 1.10 exactly as published."""
 from flag_sim.cloth.collision import collide
+from flag_sim.cloth.contact import limits_in_steps
 from flag_sim.cloth.forces import set_forces
 from flag_sim.cloth.material import Air, VACUUM
 from flag_sim.cloth.model import Model
@@ -46,6 +47,7 @@ def _take_steps(nodes, nodes_out, sheet, coefficients, work, moves, steps, band)
     dt = steps.dt
     one, now = type(dt)(1.0), type(dt)(0.0)
     mu = min(coefficients.node_damping, one)
+    limits = limits_in_steps(coefficients.limits)
     # From metres per second to metres per step.
     start, end = Nodes(nodes.position, moves[0]), Nodes(nodes_out.position, moves[1])
     copy(nodes.velocity, start.velocity, band)
@@ -57,7 +59,7 @@ def _take_steps(nodes, nodes_out, sheet, coefficients, work, moves, steps, band)
         # The motion that follows from them (eqs. 1.5 to 1.10).
         _update(start, work.force, sheet.inverse_mass, end, dt, mu, band)
         # The pole, and the attachment to the hoist.
-        collide(start.position, end, coefficients.limits, work.contact, band)
+        collide(start, end, limits, work.contact, band)
         wait(work.barrier)
         start, end = end, start
         nodes, nodes_out = nodes_out, nodes

@@ -25,6 +25,7 @@ from flag_sim.cloth.model import Model
 from flag_sim.cloth.records import Band, Nodes, Sheet, Steps
 from flag_sim.cloth.stability import frequency_bound
 from flag_sim.cloth.state import State
+from flag_sim.cloth.turning import Turn
 from flag_sim.parallel.barrier import new_barrier, release
 from flag_sim.parallel.thread_pool import ThreadPool
 
@@ -41,6 +42,8 @@ class Solver(abc.ABC):
 
     - useful_step: the longest step [s] worth taking, for methods whose largest stable one is long
       or infinite;
+    - force_time: when its forces act, as a part of the step, for a pole that turns (see turning):
+      0 where they change the velocity first and that moves the nodes, 1/2 where they are a mean;
     - is_parallel: whether threads may compute its steps together. take_steps then waits at
       work.barrier before it reads of neighbours what another thread writes, and before it writes
       what another one may still read;
@@ -50,6 +53,7 @@ class Solver(abc.ABC):
     """
 
     useful_step: float = math.inf
+    force_time: float = 0.0
     is_parallel: bool = False
 
     def __init__(self, model: Model):
@@ -146,6 +150,8 @@ class Solver(abc.ABC):
         work = self._work._replace(barrier=barrier)
         work.contact.brought_back[...] = 0.0
         coefficients = model.coefficients(forcing, self.drag_order)
+        turn = Turn.of(model.mesh, forcing.spin, forcing.lever, dt, self.force_time)
+        coefficients = coefficients._replace(limits=coefficients.limits._replace(turn=turn))
         scratch, steps = self.scratch_from(state), Steps(model.mesh.number(dt), count)
 
         def take(number, threads):

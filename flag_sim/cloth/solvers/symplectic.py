@@ -21,6 +21,7 @@ from flag_sim.cloth.bending import bending_force
 from flag_sim.cloth.collision import collide
 from flag_sim.cloth.forces import set_element_forces
 from flag_sim.cloth.material import Air
+from flag_sim.cloth.records import Vector
 from flag_sim.cloth.solvers.solver import Solver
 from flag_sim.cloth.springs import spring_force
 from flag_sim.jit.kernels import shared_kernel, wide_kernel
@@ -32,7 +33,7 @@ class StepFactors(NamedTuple):
 
     dt: float              # [s]
     damping_factor: float  # the part of a velocity that node damping leaves in a step
-    gravity: float         # g [m/s2]
+    gravity: Vector        # g times a unit vector upwards [m/s2]
 
 
 @wide_kernel
@@ -48,14 +49,14 @@ def _move(nodes, nodes_out, tensions, moments, faces, sheet, factors, band):
     vx, vy, vz = nodes.velocity
     x_out, y_out, z_out = nodes_out.position
     vx_out, vy_out, vz_out = nodes_out.velocity
-    dt, damping_factor, gravity = factors
+    dt, damping_factor, (gx, gy, gz) = factors
     mass, inverse_mass = sheet.mass, sheet.inverse_mass
     first, last, stride = band
     for i in range(first, last):
         # Springs (eq. 1.2) and weight (eq. 1.1).
-        fx = spring_force(x, tensions, i, stride)
-        fy = spring_force(y, tensions, i, stride)
-        fz = spring_force(z, tensions, i, stride) - gravity * mass[i]
+        fx = spring_force(x, tensions, i, stride) - gx * mass[i]
+        fy = spring_force(y, tensions, i, stride) - gy * mass[i]
+        fz = spring_force(z, tensions, i, stride) - gz * mass[i]
         # Bending.
         if moments is not None:
             fx += bending_force(moments[0], i, stride)
@@ -99,7 +100,7 @@ def _take_steps(nodes, nodes_out, sheet, coefficients, work, scratch, steps, ban
         else:
             _move(nodes, nodes_out, tensions, None, None, sheet, factors, band)
         # The pole, and the attachment to the hoist.
-        collide(nodes.position, nodes_out, coefficients.limits, work.contact, band)
+        collide(nodes, nodes_out, coefficients.limits, work.contact, band)
         wait(work.barrier)
         nodes, nodes_out = nodes_out, nodes
 

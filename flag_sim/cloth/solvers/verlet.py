@@ -71,7 +71,7 @@ def _take_steps(nodes, nodes_out, sheet, coefficients, work, acceleration, steps
         # Positions at the step's end, and a first guess of the velocities.
         _drift(nodes, acceleration, nodes_out, dt, keep, band)
         # The pole, and the attachment to the hoist.
-        collide(nodes.position, nodes_out, coefficients.limits, work.contact, band)
+        collide(nodes, nodes_out, coefficients.limits, work.contact, band)
         wait(work.barrier)
         # All forces there, and the velocities by the mean of both accelerations.
         set_forces(nodes_out, sheet, coefficients, work, dt, band)
@@ -90,6 +90,7 @@ class Verlet(Solver):
 
     order = 2
     drag_order = 2
+    force_time = 0.5
     take_steps = staticmethod(_take_steps)
     is_parallel = True
 

@@ -150,7 +150,8 @@ def _take_steps(nodes, nodes_out, sheet, coefficients, work, scratch, steps, ban
     none = (zero, zero, zero)
     blowing = coefficients.wind
     # The order is that of coefficients, but known when this is compiled: that saves a rounding.
-    wind = Wind(blowing.velocity, blowing.drag, blowing.drag_rate, blowing.law, DRAG_ORDER)
+    wind = Wind(blowing.velocity, blowing.drag, blowing.drag_rate, blowing.law, DRAG_ORDER,
+                blowing.spin)
     outside = Coefficients(Springs(none, none, springs.rest), none, coefficients.gravity, wind,
                            coefficients.node_damping, coefficients.limits)
     families = _families(sheet.weights, springs, dt, band.stride)
@@ -181,7 +182,7 @@ def _take_steps(nodes, nodes_out, sheet, coefficients, work, scratch, steps, ban
         set_best(nodes.position, body, sheet.weights, bend_h2, families, scratch, band)
         _advance(nodes.position, predicted, nodes_out, dt, band)
         # The pole, and the attachment to the hoist.
-        collide(nodes.position, nodes_out, coefficients.limits, work.contact, band)
+        collide(nodes, nodes_out, coefficients.limits, work.contact, band)
         nodes, nodes_out = nodes_out, nodes
 
 
