@@ -118,14 +118,17 @@ class Targets:
     Every parameter that can be keyed, by the name of its track, node.parameter.
 
     declarations: {node: its declarations}; keyed: {node: the names that may be keyed, or None for
-    all}. Fixed parameters and lists of any length are never keyed.
+    all}; instead: {track: the one that animates it}. Fixed parameters and lists of any length are
+    never keyed.
     """
 
     def __init__(self, declarations: Mapping[str, Iterable[Declaration]],
-                 keyed: Mapping[str, Collection[str] | None]):
+                 keyed: Mapping[str, Collection[str] | None],
+                 instead: Mapping[str, str] | None = None):
         self._declared = {node: {declaration.name: declaration for declaration in own}
                           for node, own in declarations.items()}
         self._keyed = dict(keyed)
+        self._instead = dict(instead or {})
         self._found: dict[str, Target] = {}
 
     def __getitem__(self, track: str) -> Target:
@@ -142,7 +145,15 @@ class Targets:
             return False
         return True
 
+    def track_of(self, node: str, name: str) -> str:
+        """Return the track that animates a node's parameter, whether or not it can be keyed."""
+        track = f'{node}.{name}'
+        return self._instead.get(track, track)
+
     def _find(self, track):
+        if track in self._instead:
+            raise ValueError(f"track '{track}' is keyed as '{self._instead[track]}', for all "
+                             'nodes that have it')
         node, _, name = track.partition('.')
         if node not in self._declared:
             raise ValueError(f"track '{track}' must begin with one of {', '.join(self._keyed)} "

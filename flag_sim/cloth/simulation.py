@@ -162,7 +162,7 @@ class Cloth:
 
     @property
     def pose(self) -> np.ndarray:
-        """Where the pole is, a turn and a shift (4, 4); set, it is there at once, and the cloth."""
+        """Where the pole is, a turn and a shift (4, 4); set, it is there at once with its flag."""
         return self._frame.pose.copy()
 
     @pose.setter

@@ -206,6 +206,8 @@ def set_weight(mass: np.ndarray, gravity: Vector, force: Field, band: Band) -> N
     """Set each node's force [N] to its weight (eq. 1.1) alone."""
     fx, fy, fz = force
     gx, gy, gz = gravity
+    zero = type(gx)(0.0)
     first, last, _ = band
     for i in range(first, last):
-        fx[i], fy[i], fz[i] = -gx * mass[i], -gy * mass[i], -gz * mass[i]
+        fx[i], fy[i] = zero - gx * mass[i], zero - gy * mass[i]
+        fz[i] = zero - gz * mass[i]

@@ -14,14 +14,20 @@
 
 """Factories: the library's objects from values {parameter: value}, as in a params file."""
 from collections.abc import Mapping
+import dataclasses
+import functools
 from typing import NamedTuple
 
 from flag_sim.cloth import Cloth
 from flag_sim.declarations.images import picture_of
+from flag_sim.declarations.objects import boxes_of
 from flag_sim.declarations.physics import AIR, GRID, MATERIAL, OPTIONS, STEPPING
 from flag_sim.declarations.renderer import CAMERA, IMAGE, LIGHT, RENDERER, STYLE, SURFACES
-from flag_sim.declarations.scene import DIMENSIONS
+from flag_sim.declarations.scene import DIMENSIONS, PLACE
 from flag_sim.drawing import Camera, Dimensions, Light, Materials, Style
+from flag_sim.drawing.dimensions import Place
+from flag_sim.drawing.transforms import apply
+import numpy as np
 
 Values = Mapping[str, object]
 
@@ -36,7 +42,8 @@ def hang_of(values: Values) -> tuple[tuple[float, float, float], float, float]:
     Return (hoist_top, length, width) [m] of the flag (sec. 1.2).
 
     Unless given, the width is a sixth of the pole and the length one and a half times the width.
-    The upper corner is on the pole's surface, one diameter below its top.
+    The upper corner is on the pole's surface, one diameter below its top; where the pole is, is
+    said by pose_of.
     """
     width = values['flag.width'] or values['pole.height'] / 6.0
     length = values['flag.length'] or 1.5 * width
@@ -49,12 +56,32 @@ def pole_of(values: Values) -> tuple[float, float, float] | None:
     return (0.0, 0.0, 0.5 * values['pole.diameter']) if values['pole_collision'] else None
 
 
+def pose_of(values: Values) -> np.ndarray:
+    """Return where the pole is: the map (4, 4) from a pole at the origin to the world."""
+    position, yaw, tilt = (values[declaration.name] for declaration in PLACE)
+    return _pose(Place(tuple(position), yaw, tilt))
+
+
+@functools.lru_cache(maxsize=8)
+def _pose(place):
+    pose = place.pose
+    pose.flags.writeable = False
+    return pose
+
+
+def hoist_of(values: Values) -> np.ndarray:
+    """Return where the upper corner of the hoist is in the world (3,) [m]."""
+    return apply(pose_of(values), hang_of(values)[0])
+
+
 def cloth_of(values: Values) -> Cloth:
     """Return the Cloth, at rest; raises ValueError for values that it cannot have."""
     hoist_top, length, width = hang_of(values)
-    return Cloth(length=length, width=width, hoist_top=hoist_top, pole=pole_of(values),
-                 material=material_of(values), air=air_of(values), stepping=stepping_of(values),
-                 **GRID.arguments(values), **OPTIONS.arguments(values))
+    cloth = Cloth(length=length, width=width, hoist_top=hoist_top, pole=pole_of(values),
+                  material=material_of(values), air=air_of(values), stepping=stepping_of(values),
+                  **GRID.arguments(values), **OPTIONS.arguments(values))
+    cloth.pose = pose_of(values)
+    return cloth
 
 
 class Look(NamedTuple):
@@ -68,7 +95,7 @@ class Look(NamedTuple):
 
 
 COLOURS = tuple(declaration.name for declaration in RENDERER
-                if declaration.is_list and (declaration.low, declaration.high) == (0.0, 255.0))
+                if declaration.length and (declaration.low, declaration.high) == (0.0, 255.0))
 
 
 def look_of(values: Values) -> Look:
@@ -85,4 +112,4 @@ def look_of(values: Values) -> Look:
         CAMERA.make(values), LIGHT.make(values),
         Materials(**{thing: group.make(values) for thing, group in SURFACES.items()},
                   flag_image=picture and picture.texture),
-        DIMENSIONS.make(values), STYLE.make(values))
+        dataclasses.replace(DIMENSIONS.make(values), boxes=boxes_of(values)), STYLE.make(values))

@@ -15,7 +15,16 @@
 """Which parameters of the nodes tracks may animate."""
 from flag_sim.animation.targets import Targets
 from flag_sim.animation.wind_source import WIND_KEYED
-from flag_sim.declarations.nodes import NODES
+from flag_sim.declarations.nodes import NODES, scene, SHARED
+from flag_sim.declarations.scene import PLACE
 
-TARGETS = Targets(NODES, {'wind': WIND_KEYED, 'physics': None, 'renderer': None})
-"""Of the wind node the wind alone, not the clock that plays it; of physics and renderer all."""
+TARGETS = Targets(
+    {**NODES, SHARED: scene()},
+    {'wind': WIND_KEYED, 'physics': None, 'renderer': None, SHARED: None},
+    {f'{node}.{one.name}': f'{SHARED}.{one.name}'
+     for node in ('physics', 'renderer') for one in PLACE})
+"""
+Of the wind node the wind alone, not the clock that plays it; of physics and renderer all.
+
+What both share can be keyed for both, and where the pole is only so: else the flag would leave it.
+"""

@@ -21,7 +21,7 @@ from flag_sim.cloth.divergence import Diverged
 from flag_sim.cloth.simulation import Cloth
 from flag_sim.cloth.strain import greatest_strain
 from flag_sim.declarations.factories import (
-    air_of, cloth_of, hang_of, material_of, pole_of, stepping_of)
+    air_of, cloth_of, hang_of, material_of, pole_of, pose_of, stepping_of)
 from flag_sim.declarations.kernel_choice import KernelChoice
 from flag_sim.declarations.step_report import is_softened, StepReport
 from flag_sim.protocol.throttled_log import Entry
@@ -56,8 +56,9 @@ class MovingCloth:
     A cloth, frame after frame, by the physics node's parameters {name: value}.
 
     A frame's wind and values apply to the whole time from the previous frame to it (a zero-order
-    hold). A cloth that starts over, at a restart or when its size changes, first moves for
-    `preroll` seconds in its first frame's wind.
+    hold), in which the pole goes to where this frame has it. A cloth that starts over, at a
+    restart or when its size changes, first moves for `preroll` seconds in its first frame's wind,
+    on a pole that stands where that frame has it.
 
     values: those of the last frame. time: of the last frame [ns], None before any. gap: the time
     before the last frame that was not simulated, as it was longer than max_gap [s]; else 0.
@@ -109,11 +110,14 @@ class MovingCloth:
             self._configure(values)
         entries = []
         if self._is_new:
+            self._cloth.pose = pose_of(values)
             entries += self._roll(values['preroll'], wind, goes_on)
         dt = 0.0 if self.time is None else (stamp - self.time) * 1e-9
         self.gap = dt if dt > values['max_gap'] else 0.0
         if 0.0 < dt and not self.gap:
             entries += self._move(dt, wind)
+        elif dt:
+            self._cloth.pose = pose_of(values)
         self.time = stamp
         return entries
 
@@ -152,12 +156,14 @@ class MovingCloth:
     def _move(self, dt, wind):
         """Move the cloth by dt [s]; return what there is to log."""
         try:
-            self._plan = self._cloth.advance(dt, wind)
+            self._plan = self._cloth.advance(dt, wind, pose_of(self.values))
         except Diverged as error:
             self.divergence = str(error)
+            self._cloth.pose = pose_of(self.values)  # the flag stays on its pole
             return []
         self.divergence = ''
-        return self._report.update(self._plan, self._cloth.held, self.values, dt)
+        return self._report.update(self._plan, self._cloth.held, self.values, dt,
+                                   self._cloth.is_carried)
 
     def softness(self) -> str:
         """Return in words how the last frame's cloth was not as it is set, or ''."""
@@ -165,7 +171,8 @@ class MovingCloth:
         return ' and '.join(
             ['the cloth is softer than it is set'] * (
                 self._plan is not None and is_softened(self._plan))
-            + [f'{held} nodes are held back by stretch_limit'] * bool(held))
+            + [f'{held} nodes are held back by stretch_limit'] * bool(held)
+            + ['the pole is too fast for the cloth to follow'] * self._cloth.is_carried)
 
     def figures(self) -> dict[str, float]:
         """Return {name with unit: number} of the cloth and of the last frame's steps."""

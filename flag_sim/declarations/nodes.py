@@ -46,12 +46,23 @@ class Nodes(Mapping):
         return getattr(import_module(f'flag_sim.declarations.{node}'), node.upper())
 
 
+SHARED = 'scene'
+"""What stands for physics and renderer together in the name of a track."""
 NODES = Nodes('wind', 'physics', 'renderer', 'recorder', 'player', 'viewer')
 
 
 def scene() -> tuple[Declaration, ...]:
     """Return the declarations that physics and renderer share."""
     return import_module('flag_sim.declarations.scene').SCENE
+
+
+def own_values(role: str, keyed: Mapping[str, object]) -> dict[str, object]:
+    """Return {parameter: value} of a node's own among {track: value}; those of its role win."""
+    found = {}
+    for prefix in (f'{SHARED}.', f'{role}.'):
+        found |= {track.removeprefix(prefix): value for track, value in keyed.items()
+                  if track.startswith(prefix)}
+    return found
 
 
 def named(node: str) -> dict[str, Declaration]:

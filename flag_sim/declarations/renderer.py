@@ -13,7 +13,9 @@
 # limitations under the License.
 
 """Parameters of the renderer node."""
-from flag_sim.declarations.scene import DIMENSIONS, PLATFORM_FIELDS, POLE_FIELDS, SCENE
+from flag_sim.declarations.objects import OBJECTS
+from flag_sim.declarations.scene import (
+    DIMENSIONS, PLACE_FIELDS, PLATFORM_FIELDS, POLE_FIELDS, SCENE)
 from flag_sim.drawing import Camera, Light, Materials, Style
 from flag_sim.drawing.style import THREADS
 from flag_sim.parameters.declaration import Declaration
@@ -54,7 +56,8 @@ RENDERER = (
     *SURFACES['pole'],
     *SURFACES['platform'],
     *SURFACES['ground'],
-    *DIMENSIONS.without(*POLE_FIELDS, *PLATFORM_FIELDS),
+    *DIMENSIONS.without(*POLE_FIELDS, *PLACE_FIELDS, *PLATFORM_FIELDS),
+    *OBJECTS,
     *STYLE.pick('background', 'sky_gradient', 'sky_zenith'),
     *COMPRESSED,
     THREADS,

@@ -15,7 +15,7 @@
 """Parameters of the scene, which physics and renderer share."""
 from flag_sim.cloth.mesh import SHORTEST_SIDE
 from flag_sim.drawing import Dimensions
-from flag_sim.drawing.shapes import check_hole
+from flag_sim.drawing.dimensions import check_hole
 from flag_sim.parameters import checks
 from flag_sim.parameters.declaration import Declaration
 from flag_sim.parameters.declared import Group
@@ -23,6 +23,7 @@ from flag_sim.parameters.declared import Group
 
 DIMENSIONS = Group(Dimensions())
 POLE_FIELDS = ('pole_height', 'pole_diameter')
+PLACE_FIELDS = ('pole_position', 'pole_yaw', 'pole_tilt')
 PLATFORM_FIELDS = ('platform_side', 'platform_height')
 
 LENGTH = Declaration(
@@ -33,7 +34,10 @@ WIDTH = Declaration(
     'flag.width', 0.0, f'upper to lower edge, {SHORTEST_SIDE:g} at least; 0: a sixth of the pole',
     'm', 0.0, 100.0)
 
-SCENE = (*DIMENSIONS.pick(*POLE_FIELDS), LENGTH, WIDTH, *DIMENSIONS.pick(*PLATFORM_FIELDS))
+PLACE = DIMENSIONS.pick(*PLACE_FIELDS)
+SCENE = (*DIMENSIONS.pick(*POLE_FIELDS), *PLACE, LENGTH, WIDTH,
+         *DIMENSIONS.pick(*PLATFORM_FIELDS))
+"""PLACE among them is where the pole is, which moves in both nodes or in none."""
 
 
 def check_scene(values: dict) -> None:

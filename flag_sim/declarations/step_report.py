@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """Log entries for a user when a cloth's steps begin and cease to differ from what is set."""
+from flag_sim.cloth.pole_frame import FASTEST_HOIST, FASTEST_SPIN
 from flag_sim.cloth.stability import Plan
 from flag_sim.protocol.hysteresis import Hysteresis
 from flag_sim.protocol.throttled_log import Entry
@@ -33,13 +34,15 @@ class StepReport:
         self._refined = Hysteresis(CLEAR_AFTER)
         self._softened = Hysteresis(CLEAR_AFTER)
         self._held = Hysteresis(CLEAR_AFTER)
+        self._carried = Hysteresis(CLEAR_AFTER)
 
-    def update(self, plan: Plan, held: int, values: dict, dt: float) -> list[Entry]:
+    def update(self, plan: Plan, held: int, values: dict, dt: float,
+               is_carried: bool = False) -> list[Entry]:
         """
         Return what there is to log of a frame of dt [s].
 
         plan: of its steps; held: how many nodes stretch_limit has held back; values: {name: value}
-        of the physics node's parameters.
+        of the physics node's parameters; is_carried: see Cloth.
         """
         entries = []
         asked = values['substeps']
@@ -65,4 +68,10 @@ class StepReport:
             entries.append(Entry('warning', (
                 f'{held} nodes would stretch the cloth beyond stretch_limit = '
                 f'{values["stretch_limit"]:g} and are held back')))
+        begins, _ = self._carried.update(is_carried, dt)
+        if begins:
+            entries.append(Entry('warning', (
+                f'the pole goes faster than the cloth can follow, {FASTEST_HOIST:g} m/s at the '
+                f'hoist or {FASTEST_SPIN:g} rad/s: it is set down where the frame has it, and the '
+                'cloth with it')))
         return entries

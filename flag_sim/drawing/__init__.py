@@ -25,6 +25,7 @@ The modules, in the order in which a frame passes them:
 
 - picture: the frame from end to end; it calls all the others
 - scene: a list of objects, and the entries of the source's scene: flag, pole, platform
+- dimensions: how large things are and where they stand
 - mesh, shapes: triangles and their normals; the pole, the platform, a box
 - camera, transforms: where the camera stands and what it sees; affine maps
 - style: what things are made of, and how the picture is made
@@ -56,16 +57,17 @@ The modules, in the order in which a frame passes them:
 from flag_sim.drawing import transforms
 from flag_sim.drawing.attributes import interpolate
 from flag_sim.drawing.camera import Camera
+from flag_sim.drawing.dimensions import Box, Dimensions
 from flag_sim.drawing.framebuffer import Frame
 from flag_sim.drawing.mesh import Mesh
 from flag_sim.drawing.picture import Picture
 from flag_sim.drawing.scene import body, flag_scene, LastFrame, Object, sheet
 from flag_sim.drawing.shading import Light, Surface
-from flag_sim.drawing.shapes import box_mesh, Dimensions
+from flag_sim.drawing.shapes import box_mesh
 from flag_sim.drawing.style import Materials, Style
 from flag_sim.drawing.texture import Texture
 from flag_sim.drawing.visibility import Visibility
 
-__all__ = ['body', 'box_mesh', 'Camera', 'Dimensions', 'flag_scene', 'Frame', 'interpolate',
-           'LastFrame', 'Light', 'Materials', 'Mesh', 'Object', 'Picture', 'sheet', 'Style',
-           'Surface', 'Texture', 'transforms', 'Visibility']
+__all__ = ['body', 'Box', 'box_mesh', 'Camera', 'Dimensions', 'flag_scene', 'Frame',
+           'interpolate', 'LastFrame', 'Light', 'Materials', 'Mesh', 'Object', 'Picture', 'sheet',
+           'Style', 'Surface', 'Texture', 'transforms', 'Visibility']

@@ -22,6 +22,7 @@ from flag_sim.drawing.channel_pass import resolve
 from flag_sim.drawing.channels import attributes_of, channel_names, needs_faces
 from flag_sim.drawing.culling import CHUNK, cull, Viewport
 from flag_sim.drawing.depth import clear_depth
+from flag_sim.drawing.dimensions import Dimensions
 from flag_sim.drawing.framebuffer import Frame, Framebuffer
 from flag_sim.drawing.geometry import project, SUBPIXELS, view_transform
 from flag_sim.drawing.mesh import face_normals
@@ -33,7 +34,6 @@ from flag_sim.drawing.scene import flag_scene, Object
 from flag_sim.drawing.scene_buffers import SceneBuffers
 from flag_sim.drawing.shaded_scene import ShadedScene
 from flag_sim.drawing.shading import Light
-from flag_sim.drawing.shapes import Dimensions
 from flag_sim.drawing.style import Materials, Style, THREADS
 from flag_sim.drawing.surfaces import set_surfaces
 from flag_sim.parallel.thread_pool import ThreadPool

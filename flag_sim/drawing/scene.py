@@ -23,17 +23,19 @@ import weakref
 
 from flag_sim.drawing import ranges
 from flag_sim.drawing.camera import Camera
+from flag_sim.drawing.dimensions import Dimensions
 from flag_sim.drawing.mesh import grid_triangles, Mesh
 from flag_sim.drawing.shading import Surface
-from flag_sim.drawing.shapes import Dimensions, ground_mesh, platform_mesh, pole_mesh
+from flag_sim.drawing.shapes import (
+    ground_mesh, mesh_of_box, placed, platform_mesh, pole_mesh)
 from flag_sim.drawing.style import Materials
 from flag_sim.drawing.texture import Texture
 from flag_sim.parameters import checks
 
 import numpy as np
 
-# What labels of pixels mean; 0 is nothing, and further objects count from 5.
-FLAG, POLE, PLATFORM, GROUND = 1, 2, 3, 4
+# What labels of pixels mean; 0 is nothing, and boxes count from BOXES on.
+FLAG, POLE, PLATFORM, GROUND, BOXES = 1, 2, 3, 4, 5
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -100,7 +102,7 @@ class LastFrame:
     """
     What the frame before was drawn from, for the flow to this one.
 
-    flag_vertices: (rows, columns, 3) [m]; camera; dimensions: of pole and platform. Raises
+    flag_vertices: (rows, columns, 3) [m]; camera; dimensions: of what stands there. Raises
     ValueError for other shapes, and for what is not of its class.
     """
 
@@ -206,17 +208,18 @@ def flag_scene(flag_vertices: np.ndarray, flag_normals: np.ndarray | None = None
         dimensions_before = last.dimensions
     flag = _sheet('flag_', flag_vertices, flag_normals, (materials.flag, materials.flag_image),
                   FLAG, before)
-    return [flag, *_pole_and_platform(camera, materials, dimensions, dimensions_before)]
+    return [flag, *_things(camera, materials, dimensions, dimensions_before)]
 
 
 @functools.lru_cache(maxsize=8)
-def _pole_and_platform(camera, materials, dimensions, dimensions_before):
+def _things(camera, materials, dimensions, dimensions_before):
+    """Return what stands in the scene beside the flag."""
     objects, segments = [], dimensions.segments(camera)
 
     def add(mesh_of, surface, label):
         # Cut as finely as now, so that vertices are the same ones.
-        before = dimensions_before and mesh_of(dimensions_before, segments).vertices
-        objects.append(body(mesh_of(dimensions, segments), surface, label, before))
+        before = dimensions_before and _at_pole(mesh_of, dimensions_before, segments).vertices
+        objects.append(body(_at_pole(mesh_of, dimensions, segments), surface, label, before))
     if dimensions.pole_visible:
         add(pole_mesh, materials.pole, POLE)
     if dimensions.platform_visible:
@@ -225,4 +228,20 @@ def _pole_and_platform(camera, materials, dimensions, dimensions_before):
         mesh = ground_mesh()
         # Nothing is below it that could be in its shadow.
         objects.append(body(mesh, materials.ground, GROUND, mesh.vertices, casts_shadow=False))
+    boxes_before = dimensions_before.boxes if dimensions_before else ()
+    for number, box in enumerate(dimensions.boxes):
+        before = boxes_before[number:number + 1]
+        objects.append(body(mesh_of_box(box), box.surface, BOXES + number,
+                            mesh_of_box(before[0]).vertices if before else None))
     return objects
+
+
+def _at_pole(mesh_of, dimensions, segments):
+    """Return a mesh of the pole or the platform where that is; built once for its sizes."""
+    return placed(mesh_of(_upright(dimensions), segments), dimensions.place)
+
+
+@functools.lru_cache(maxsize=4)
+def _upright(dimensions):
+    return dataclasses.replace(dimensions, pole_position=(0.0, 0.0, 0.0), pole_yaw=0.0,
+                               pole_tilt=0.0, boxes=())

@@ -13,86 +13,29 @@
 # limitations under the License.
 
 """
-Shapes of what stands still: the pole and the platform of the source's scene (sec. 1.2), and a box.
+Shapes of the pole and the platform of the source's scene (sec. 1.2), of the ground, and of a box.
 
-All are closed meshes. The world's origin is the centre of the pole's base, which is the centre of
-the platform's lower face; z is up. All round things share their angles, so that the pole fills
+All are closed meshes, about an origin of their own: the centre of the pole's base, which is that
+of the platform's lower face, or that of the box's; z is up. `placed` brings them to where they
+stand (eqs. 2.1 to 2.5). All round things share their angles, so that the pole fills
 the platform's hole without a gap. Hard edges repeat their vertices, one for each face that meets
 there.
 """
 from collections.abc import Sequence
-import dataclasses
 import functools
 import math
 
-from flag_sim.drawing.camera import Camera
+from flag_sim.drawing.dimensions import Box, Dimensions, FEWEST_SEGMENTS, MOST_SEGMENTS, Place
 from flag_sim.drawing.mesh import Mesh
+from flag_sim.drawing.transforms import apply
 from flag_sim.parameters import checks
-from flag_sim.parameters.declared import Declared, declared
 
 import numpy as np
 
-# A circle is cut so finely that its chords miss it by at most this [pixel] ...
-ROUNDNESS = 0.2
-# ... but neither more coarsely nor more finely than this (both divisible by four: the platform's
-# corners each see a quarter of the hole).
-FEWEST_SEGMENTS = 8
-MOST_SEGMENTS = 256
 # Rings of the ground [m]: small near the pole, where shadows fall, so that single precision tells
 # places in them apart.
 GROUND_RINGS = (1000.0, 300.0, 100.0, 30.0, 10.0, 3.0, 0.0)
 GROUND_SEGMENTS = 64
-
-
-@dataclasses.dataclass(frozen=True)
-class Dimensions(Declared):
-    """
-    Dimensions [m] of the pole and the platform, and whether they and the ground are seen.
-
-    The pole is a cylinder of pole_height with a dome on top, a half sphere whose RADIUS is the
-    cylinder's DIAMETER, closed below by a flat ring. The platform is a square box of
-    platform_side and platform_height with a hole of the pole's radius through its middle.
-    Raises ValueError for a value out of its range, and for a hole wider than the platform.
-    """
-
-    pole_height: float = declared(9.0, 'height of the pole without its tip', 'm', 0.1, 1000.0,
-                                  name='pole.height')
-    pole_diameter: float = declared(0.1, 'diameter of the pole; radius of its tip', 'm',
-                                    0.001, 10.0, name='pole.diameter')
-    platform_side: float = declared(1.0, 'side of the platform, a square', 'm', 0.01, 100.0,
-                                    name='platform.side')
-    platform_height: float = declared(0.3, 'height of the platform', 'm', 0.01, 100.0,
-                                      name='platform.height')
-    pole_visible: bool = declared(True, 'draw the pole', name='pole.visible')
-    platform_visible: bool = declared(True, 'draw the platform', name='platform.visible')
-    ground_visible: bool = declared(False, 'draw the ground, a disc of 1 km around the pole',
-                                    name='ground.visible')
-
-    def __post_init__(self):
-        """Refuse what cannot be built."""
-        super().__post_init__()
-        check_hole(self.platform_side, self.pole_diameter)
-
-    def segments(self, camera: Camera) -> int:
-        """
-        Return in how many chords to cut a circle for `camera`: a multiple of four.
-
-        The dome's circle, the widest, is measured where the pole is nearest to the camera.
-        """
-        checks.instance('camera', camera, Camera)
-        radius = self.pole_diameter
-        x, y, z = camera.position
-        beside = max(z - self.pole_height, -z, 0.0)
-        nearest = max(math.hypot(x, y, beside) - radius, 0.0)
-        pixels = radius * camera.pixels_per_metre(nearest)
-        # The height of a chord's arc, r (1 - cos(pi / n)), is about r (pi / n)^2 / 2.
-        wanted = math.pi * math.sqrt(min(0.5 * pixels / ROUNDNESS, MOST_SEGMENTS ** 2))
-        return min(max(4 * math.ceil(wanted / 4), FEWEST_SEGMENTS), MOST_SEGMENTS)
-
-
-def check_hole(side: float, diameter: float, names=('platform_side', 'pole_diameter')) -> None:
-    """Raise ValueError, by these names, unless a platform is wider than its pole [m]."""
-    checks.require(side > diameter, names[0], f'greater than {names[1]} {diameter}', side)
 
 
 def box_mesh(low: Sequence[float], high: Sequence[float]) -> Mesh:
@@ -112,10 +55,30 @@ def box_mesh(low: Sequence[float], high: Sequence[float]) -> Mesh:
     return _join(parts)
 
 
+@functools.lru_cache(maxsize=256)
+def mesh_of_box(box: Box) -> Mesh:
+    """Build a box where it stands."""
+    length, width, height = box.size
+    return placed(box_mesh((-0.5 * length, -0.5 * width, 0.0),
+                           (0.5 * length, 0.5 * width, height)), box.place)
+
+
+@functools.lru_cache(maxsize=16)
+def placed(mesh: Mesh, place: Place) -> Mesh:
+    """Return a mesh about the origin at its place: turned and shifted (eqs. 2.1 to 2.5)."""
+    if place == Place():
+        return mesh
+    pose = place.pose
+    vertices, normals = apply(pose, mesh.vertices), mesh.normals @ pose[:3, :3].T
+    for array in (vertices, normals):
+        array.flags.writeable = False
+    return Mesh(vertices, mesh.triangles, normals)
+
+
 @functools.lru_cache(maxsize=8)
 def pole_mesh(dimensions: Dimensions, segments: int) -> Mesh:
     """
-    Build the pole with round parts of `segments` chords, a multiple of four.
+    Build the pole about the origin, with round parts of `segments` chords, a multiple of four.
 
     Raises ValueError unless from FEWEST_SEGMENTS to MOST_SEGMENTS of them.
     """
@@ -133,7 +96,7 @@ def pole_mesh(dimensions: Dimensions, segments: int) -> Mesh:
 
 @functools.lru_cache(maxsize=8)
 def platform_mesh(dimensions: Dimensions, segments: int) -> Mesh:
-    """Build the platform with a hole of `segments` chords, as many as the pole's."""
+    """Build the platform about the origin; its hole has as many chords as the pole."""
     segments = _check_segments(segments)
     radius, half = 0.5 * dimensions.pole_diameter, 0.5 * dimensions.platform_side
     height = dimensions.platform_height

@@ -20,7 +20,9 @@ import time
 
 from flag_sim.declarations.factories import Look, look_of
 from flag_sim.declarations.images import picture_of
+from flag_sim.declarations.objects import boxes_of, is_object
 from flag_sim.declarations.picture_kernels import PICTURE_KERNELS
+from flag_sim.declarations.pole_match import PoleMatch
 from flag_sim.declarations.renderer import RENDERER
 from flag_sim.declarations.scene import check_scene
 from flag_sim.drawing import flag_scene, LastFrame, Picture
@@ -83,6 +85,7 @@ class Renderer(FrameNode):
         self._first = None  # stamp of the take's first frame [ns]
         self._last = None, None  # FrameId and Drawing of the frame before
         self._known = set()  # channels that were drawn before
+        self._pole_match = PoleMatch()
         with compiling(self, PICTURE_KERNELS.name(self.values)):
             PICTURE_KERNELS.warm_up(self.values)
         self._kernels = KernelSwitch(self, PICTURE_KERNELS, self.values, self._server.serve)
@@ -105,6 +108,7 @@ class Renderer(FrameNode):
     def check(self, values: Mapping) -> None:
         """Raise ValueError for values that make no scene, a frame of no name, a broken image."""
         check_scene(values)
+        boxes_of(values)
         if not values['camera.frame_id'].strip():
             raise ValueError('camera.frame_id must not be empty')
         picture_of(values['flag.image'])
@@ -121,6 +125,8 @@ class Renderer(FrameNode):
             self.get_logger().warning(
                 f'flag.image: {self.values["flag.image"]} has {picture.size[0]} x '
                 f'{picture.size[1]} pixels, it is scaled down to {width} x {height}')
+
+    is_part = staticmethod(is_object)
 
     # What arrives.
 
@@ -217,6 +223,8 @@ class Renderer(FrameNode):
         drawing = Drawing(self._clouds.take(frame.stamp), self._look, values,
                           self._frame_before(frame))
         self._last = frame, drawing
+        for entry in self._pole_match.update(drawing.cloud[0], values):
+            self._log.write(entry)
         self._draw(frame.stamp, drawing, self._listened())
         return drawing
 

@@ -161,8 +161,9 @@ class AnimationNode(ParameterNode):
 
     def _on_change(self, changes):
         """Key what can be keyed of [(node, name, value, value before)]; save what cannot."""
-        keyed = [self._put_key(f'{node}.{name}', value, old) for node, name, value, old in changes
-                 if self.values['autokey'] and f'{node}.{name}' in TARGETS]
+        keyed = [self._put_key(TARGETS.track_of(node, name), value, old)
+                 for node, name, value, old in changes
+                 if self.values['autokey'] and TARGETS.track_of(node, name) in TARGETS]
         # A key is saved with all that the nodes have, and the node saves what is set on itself.
         if not any(keyed) and any(node != 'wind' for node, *_ in changes):
             self.save()

@@ -18,7 +18,7 @@ import contextlib
 import time
 from typing import NamedTuple
 
-from flag_sim.declarations.nodes import defaults, named, NODES
+from flag_sim.declarations.nodes import defaults, named, NODES, own_values
 from flag_sim.ros.messages import to_stamp
 from flag_sim.ros.parameter_node import ParameterNode
 from flag_sim.ros.topics import subscribers
@@ -180,8 +180,9 @@ class Companions:
         settings = {}
         for node in sorted(self._answered):
             kind, settings[node] = _base_name(node), {}
+            own = own_values(kind, keyed)
             for name, default in defaults(kind).items():
-                value = keyed.get(f'{kind}.{name}', self._known[node].get(name))
+                value = own.get(name, self._known[node].get(name))
                 if value not in (None, default):
                     settings[node][name] = value
         lacking = [f'{node} did not answer' for node in sorted(self._found.keys()

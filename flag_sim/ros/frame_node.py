@@ -16,6 +16,7 @@
 from collections.abc import Hashable, Iterable, Mapping
 import os
 
+from flag_sim.declarations.nodes import own_values
 from flag_sim.parameters.declaration import Declaration
 from flag_sim.protocol.frames import FrameId
 from flag_sim.protocol.serving import FrameServer, Handlers
@@ -95,10 +96,8 @@ class FrameNode(ParameterNode):
 
     def _own_values(self, keyed):
         """Return the keyed values that are this node's own, checked against its declarations."""
-        prefix = f'{self._role}.'
-        own = {name.removeprefix(prefix): value for name, value in keyed.items()
-               if name.startswith(prefix)}
-        return {name: self.accept_change(name, value) for name, value in own.items()}
+        return {name: self.accept_change(name, value)
+                for name, value in own_values(self._role, keyed).items()}
 
     def _merge(self, keyed):
         """

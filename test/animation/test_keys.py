@@ -56,7 +56,7 @@ def test_angles_take_the_short_way_and_stay_in_range():
 
 
 @pytest.mark.parametrize('track, parts, rule', [
-    ('sun__speed', ([0.0], [1.0], None), 'one of wind, physics, renderer and a dot'),
+    ('sun__speed', ([0.0], [1.0], None), 'one of wind, physics, renderer, scene and a dot'),
     ('physics__colour', ([0.0], [1.0], None), "/physics has no parameter 'colour'"),
     ('wind__rate', ([0.0], [30.0], None), 'cannot be keyed'),
     ('recorder__path', ([0.0], ['x'], None), 'cannot be keyed'),

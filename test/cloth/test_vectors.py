@@ -96,7 +96,7 @@ def loops(precision):
         (matrix._set_face_drag, case.matrix, a, work.faces),
         (conjugate._turn, a, one, f, w),
         (proximity.set_room, x, out.position, c.limits, work.contact),
-        (turning.turn_nodes, x, out, c.limits.turn, mass),
+        (turning.turn_nodes, nodes, out, c.limits.turn, mass),
         (elementwise.scale, a, one),
         (elementwise.add, a, one, f),
         (elementwise.add_weighted, a, one, w, f),

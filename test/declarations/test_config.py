@@ -17,7 +17,8 @@ from pathlib import Path
 
 from flag_sim.animation import keys
 from flag_sim.declarations.keyable import TARGETS
-from flag_sim.declarations.nodes import defaults, named
+from flag_sim.declarations.nodes import defaults, named, scene
+from flag_sim.declarations.objects import boxes_of
 from flag_sim.declarations.scene import check_scene
 import pytest
 import yaml
@@ -28,14 +29,20 @@ CONFIG = Path(__file__).resolve().parents[2] / 'config'
 @pytest.mark.parametrize('path', sorted(CONFIG.glob('*.yaml')), ids=lambda path: path.name)
 def test_params_files_name_real_parameters(path):
     """Every value is one that its node accepts, in whatever namespace it is."""
-    for node, content in yaml.safe_load(path.read_text()).items():
-        name, given = node.removeprefix('/**/'), content['ros__parameters']
-        declarations = named(name)
+    contents = {key.removeprefix('/**').removeprefix('/'): content['ros__parameters']
+                for key, content in yaml.safe_load(path.read_text()).items()}
+    shared = contents.pop('', {})
+    assert shared.keys() <= {declaration.name for declaration in scene()}
+    for name, given in contents.items():
+        declarations = {**named(name), **{one.name: one for one in scene()}}
+        given = {**shared, **given}
         for parameter, value in given.items():
             if not parameter.startswith('keys.'):
                 declarations[parameter].accept(value)
         values = {**defaults(name), **given}
         if name in ('physics', 'renderer'):
             check_scene(values)
+        if name == 'renderer':
+            boxes_of(values)
         if name == 'wind':
             keys.read_timeline(values, TARGETS)

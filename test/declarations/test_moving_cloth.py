@@ -14,8 +14,10 @@
 
 """The cloth that parameters make, from frame to frame: what starts it anew and what does not."""
 from flag_sim.cloth import Cloth
+from flag_sim.declarations.factories import pose_of
 from flag_sim.declarations.moving_cloth import MovingCloth
 from flag_sim.declarations.nodes import defaults
+from flag_sim.drawing.transforms import apply
 import numpy as np
 import pytest
 
@@ -86,6 +88,42 @@ def test_another_size_starts_anew_and_rolls():
         expected.advance(0.1 / 3, WIND)
     expected.advance(FRAME * 1e-9, WIND)
     assert np.array_equal(cloth.positions, expected.positions)
+
+
+def driven(index):
+    """Return the values of a frame of a pole that drives and turns."""
+    return {**VALUES, 'pole.position': [0.1 * index, 2.0, 0.0], 'pole.yaw': 0.02 * index,
+            'pole.tilt': 0.1}
+
+
+def test_the_pole_goes_to_where_the_frame_has_it():
+    """From where the frame before had it; in the first frame, and after a restart, it is there."""
+    cloth, expected = MovingCloth(VALUES), Cloth(5, 7, pole=(0.0, 0.0, 0.05))
+    expected.pose = pose_of(driven(0))
+    for index in range(4):
+        cloth.advance_to(index * FRAME, WIND, driven(index))
+        if index:
+            expected.advance(FRAME * 1e-9, WIND, pose_of(driven(index)))
+        assert np.array_equal(cloth.positions, expected.positions)
+    cloth.restart()
+    cloth.advance_to(0, WIND, driven(7))
+    expected.reset()
+    expected.pose = pose_of(driven(7))
+    assert np.array_equal(cloth.positions, expected.positions)
+
+
+def test_over_a_gap_the_cloth_goes_with_its_pole():
+    """And where the pole jumps: that is said once, with what is too fast."""
+    cloth = MovingCloth(VALUES)
+    for index in range(3):
+        cloth.advance_to(index * FRAME, WIND, driven(0))
+    own = apply(np.linalg.inv(pose_of(driven(0))), cloth.positions)
+    cloth.advance_to(10**10, WIND, driven(50))
+    np.testing.assert_allclose(cloth.positions, apply(pose_of(driven(50)), own), atol=1e-9)
+    told = [cloth.advance_to(10**10 + n * FRAME, WIND, driven(500 * n)) for n in (1, 2)]
+    (entry,) = told[0]
+    assert '200 m/s at the hoist or 100 rad/s' in entry.text and told[1] == []
+    assert cloth.softness() == 'the pole is too fast for the cloth to follow'
 
 
 def test_figures_and_words_tell_of_a_softened_cloth():

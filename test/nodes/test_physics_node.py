@@ -21,6 +21,7 @@ import time
 
 from flag_sim.cloth import Cloth
 from flag_sim.declarations.physics import PHYSICS
+from flag_sim.drawing.transforms import rotate_z, translate
 from flag_sim.nodes.physics import Physics
 from flag_sim.nodes.renderer import Renderer
 from flag_sim.protocol.frames import FrameId
@@ -60,6 +61,21 @@ def play(bench, frames, start=0):
 def test_the_node_adds_nothing_to_the_library(bench):
     """A frame announces the state at its time: the first is the cloth at rest."""
     assert np.array_equal(play(bench, COUNT), library(COUNT))
+
+
+def test_keys_of_the_scene_move_the_pole(bench):
+    """The library's cloth on a pole that drives and turns."""
+    cloth = Cloth()
+    for n in range(4):
+        pose = translate((0.1 * n, 1.0, 0.0)) @ rotate_z(0.05 * n)
+        found = bench.frame(n * FRAME, keyed={
+            'scene.pole.position': [0.1 * n, 1.0, 0.0], 'scene.pole.yaw': 0.05 * n})
+        if n:
+            dt = (round(n * FRAME * 1e9) - round((n - 1) * FRAME * 1e9)) * 1e-9
+            cloth.advance(dt, WIND, pose)
+        else:
+            cloth.pose = pose
+        np.testing.assert_allclose(found, cloth.positions, atol=1e-6)
 
 
 @pytest.mark.parametrize('wind', [

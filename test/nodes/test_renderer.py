@@ -19,13 +19,14 @@ import time
 
 from flag_sim.declarations.factories import look_of
 from flag_sim.declarations.nodes import NODES
-from flag_sim.drawing import Picture
+from flag_sim.drawing import Camera, Picture
 from flag_sim.nodes import renderer
 from flag_sim.ros import messages
 from flag_sim.ros.parameter_node import to_parameter
 from flag_sim.ros.topics import publish, subscribe
 import numpy as np
 import pytest
+from rcl_interfaces.srv import SetParameters
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
@@ -223,7 +224,8 @@ def test_nan_and_infinite_numbers_are_refused(small):
             continue
         for value in (math.nan, math.inf, -math.inf):
             result = small.renderer.set_parameters_atomically([to_parameter(
-                declaration.name, [value] * declaration.length if declaration.is_list else value)])
+                declaration.name, [value] * (declaration.length or 3)
+                if declaration.is_list else value)])
             assert not result.successful
             assert declaration.name in result.reason and str(value) in result.reason
 
@@ -239,3 +241,21 @@ def test_impossible_parameters_are_refused_and_the_old_ones_stay(small, values):
     assert not result.successful
     assert next(iter(values)).replace('__', '.') in result.reason
     np.testing.assert_array_equal(small.film(cloud(wave(5, 7)))[0], before)
+
+
+def test_boxes_that_are_loaded_together_are_drawn(small):
+    """One after another the lists would be refused, for they would not fit one another."""
+    lists = {'objects.sizes': [0.5, 0.5, 0.5, 0.2, 0.2, 1.0],
+             'objects.positions': [1.0, -1.0, 7.5, 1.5, -1.0, 7.5], 'objects.yaws': [0.5, 0.0]}
+    [alone] = small.renderer.set_parameters([to_parameter(*next(iter(lists.items())))])
+    assert not alone.successful
+    assert 'objects.positions must be those of the 2 boxes' in alone.reason
+    request = SetParameters.Request(parameters=[
+        to_parameter(name, value).to_parameter_msg() for name, value in lists.items()])
+    answer = small.renderer._parameter_service._set_parameters_callback(
+        request, SetParameters.Response())
+    assert all(result.successful for result in answer.results), answer.results
+    plain = Picture().draw(np.float32(wave(5, 7)), None, Camera(64, 48)).colour
+    found = small.film(cloud(wave(5, 7)))[0]
+    np.testing.assert_array_equal(found, small.expected(wave(5, 7))[0])
+    assert (found != plain).any(axis=-1).sum() > 30

@@ -34,6 +34,18 @@ def test_an_event_of_an_invalid_type_is_left_out(domain, autokey):
         assert bench.node.values['tracks'] == (['physics.gravity'] if autokey == 'true' else [])
 
 
+def test_a_pole_that_is_set_on_one_node_is_keyed_for_both(domain):
+    """Else the flag would leave it; the same value from the other node makes no second key."""
+    with Bench(domain, 'paused:=true', 'autokey:=true') as bench:
+        bench.step()
+        for node in ('/physics', '/renderer'):
+            bench.hear('parameter_events', ParameterEvent(node=node, changed_parameters=[
+                ParameterMessage(name='pole.yaw', value=ParameterValue(
+                    type=3, double_value=0.5))]))
+        assert bench.node.values['tracks'] == ['scene.pole.yaw']
+        assert bench.node.values['keys.scene.pole.yaw.values'] == [0.5]
+
+
 def test_a_limit_that_is_printed_can_be_set_and_is_the_limit(domain):
     """At the start and later; what is beyond it is refused with it."""
     with Bench(domain, 'paused:=true', 'azimuth:=6.28319', 'elevation:=-1.5708') as bench:

@@ -27,7 +27,8 @@ import yaml
 
 
 @pytest.mark.parametrize('shot, said', [
-    ('nix', "no shot 'nix' in config/; there are: calm, flight, gust, storm, sunrise, turn"),
+    ('nix', "no shot 'nix' in config/; there are: calm, flight, gust, parade, storm, sunrise, "
+     'turn'),
     ('preview', 'preview.yaml is not a shot: it has no number of frames')])
 def test_an_invalid_shot_is_refused_with_the_names_of_the_valid_ones(capsys, shot, said):
     """Presets and the profile of the network are in the same folder and none of them."""
