@@ -39,6 +39,7 @@ The modules, in the order in which a frame and its steps pass them:
 - bending: resistance to bending
 - aerodynamics: the wind on the faces, spread over the nodes
 - drag: the drag laws
+- added_mass: the inertia of the air that moves with the cloth; off by default
 - collision: the pole and stretch_limit within a step; it calls the next five
 - pole, contact: the pole and the limits, as users give them and as kernels take them
 - proximity: which nodes may be near the pole or too far out

@@ -50,7 +50,8 @@ def pole_load(cloth: Cloth, wind: Vector = (0.0, 0.0, 0.0)) -> PoleLoad:
     It is the sum of all forces on the pinned nodes: springs, dashpots, bending, and the weight and
     wind of their own halves of cells. Since pins do not move, it equals the cloth's weight plus
     the wind's force on it, less the rate at which its momentum grows. What a pole that the cloth
-    touches below its hoist bears there is not in it.
+    touches below its hoist bears there is not in it, nor is the inertia of the air around the
+    hoist's own half cells (air.added_mass).
 
     Raises ValueError for a cloth without pins.
     """

@@ -16,7 +16,7 @@
 from collections.abc import Callable, Mapping
 import math
 
-from flag_sim.cloth import energy
+from flag_sim.cloth import Air, energy
 from flag_sim.cloth.simulation import Cloth, Diverged
 from flag_sim.cloth.strain import greatest_strain
 from flag_sim.declarations.factories import (
@@ -32,7 +32,8 @@ PREROLL_FRAME = 1.0 / 30.0
 
 def kernels_of(values: Mapping) -> str:
     """Return in words what the kernels are compiled for."""
-    return f'solver {values["solver"]} in {values["precision"]}'
+    moving = ' with moving air' if values['air.added_mass'] > 0.0 else ''
+    return f'solver {values["solver"]} in {values["precision"]}{moving}'
 
 
 def warm_up(values: Mapping) -> None:
@@ -42,12 +43,12 @@ def warm_up(values: Mapping) -> None:
     Those of one solver and precision only: all would take more memory and a minute more.
     """
     cloth = Cloth(3, 3, pole=(0.0, 0.0, 0.01), solver=values['solver'],
-                  precision=values['precision'])
+                  precision=values['precision'], air=Air(added_mass=values['air.added_mass']))
     cloth.advance(1e-3)
     cloth.normals()
 
 
-CLOTH_KERNELS = KernelChoice(('solver', 'precision'), kernels_of, warm_up)
+CLOTH_KERNELS = KernelChoice(('solver', 'precision', 'air.added_mass'), kernels_of, warm_up)
 
 
 class MovingCloth:
