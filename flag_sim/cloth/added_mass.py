@@ -70,8 +70,8 @@ class Stations(NamedTuple):
     column: np.ndarray      # flat: of each node
     free: np.ndarray        # flat: 1 where a node moves, 0 at pins and ghosts
     seen: tuple             # six flat fields: n, v_n before and after the step, u
-    sums: np.ndarray        # (columns, 6): the same
-    means: np.ndarray       # (stations, 6): the same
+    sums: tuple             # six (columns,): sums of the same over rows, times the mass
+    means: np.ndarray       # (stations, 6): means of the same
     matrix: np.ndarray      # (stations, stations)
     force: np.ndarray       # (stations,) [N]
     kick: np.ndarray        # (columns,): change of velocity along n [m/s]
@@ -94,7 +94,7 @@ class Stations(NamedTuple):
         column = np.zeros(mesh.size, np.int64)
         mesh.grid(column)[...] = np.arange(mesh.columns)
         return cls(hat, at - hat, mass, (shares * moving) @ shares.T / np.outer(mass, mass),
-                   column, mesh.free, tuple(mesh.fields(6)), np.zeros((mesh.columns, 6)),
+                   column, mesh.free, tuple(mesh.fields(6)), tuple(np.zeros((6, mesh.columns))),
                    np.zeros((count, 6)), np.zeros((count, count)), np.zeros(count),
                    np.zeros(mesh.columns, number))
 
@@ -108,8 +108,8 @@ class AddedMass(NamedTuple):
     spacing: float  # of stations [m]
     power: float    # the most that the cloth's energy may gain [W]
     energy: float   # the most that it may gain in a step [J]
-    rows: int
-    first: int      # node of the mesh
+    rows: np.uint64
+    first: np.uint64  # node of the mesh
 
     @classmethod
     def of(cls, stations: Stations, model: Model, air: Air, wind: Vector) -> 'AddedMass':
@@ -120,7 +120,8 @@ class AddedMass(NamedTuple):
         return cls(stations, inertia / model.material.area_density,
                    tuple(float(part) for part in wind), mesh.length / (len(stations.mass) - 1),
                    0.5 * air.density * speed**3 * mesh.length * mesh.width,
-                   0.5 * float(stations.mass.sum()) * speed**2, mesh.rows, int(mesh.first))
+                   0.5 * float(stations.mass.sum()) * speed**2,
+                   np.uint64(mesh.rows), np.uint64(mesh.first))
 
 
 @shared_kernel
@@ -163,33 +164,41 @@ def _see(nodes, nodes_out, weights, wind, seen, band):
         dy = c * (y[s] - y[i]) + d * (y[i] - y[n])
         dz = c * (z[s] - z[i]) + d * (z[i] - z[n])
         px, py, pz = ay * dz - az * dy, az * dx - ax * dz, ax * dy - ay * dx
-        long = number(1.0) / math.sqrt(max(px * px + py * py + pz * pz, number(LEAST_AREA2)))
-        px, py, pz = px * long, py * long, pz * long
+        area = math.sqrt(max(px * px + py * py + pz * pz, number(LEAST_AREA2)))
+        long = math.sqrt(max(ax * ax + ay * ay + az * az, number(LEAST_LENGTH2)))
+        inverse = number(1.0) / (area * long)  # one division serves both
+        px, py, pz = px * (inverse * long), py * (inverse * long), pz * (inverse * long)
         nx[i], ny[i], nz[i] = px, py, pz
         before[i] = vx[i] * px + vy[i] * py + vz[i] * pz
         after[i] = vx_out[i] * px + vy_out[i] * py + vz_out[i] * pz
         flow[i] = (((wx - vx[i]) * ax + (wy - vy[i]) * ay + (wz - vz[i]) * az)
-                   / math.sqrt(max(ax * ax + ay * ay + az * az, number(LEAST_LENGTH2))))
+                   * (inverse * area))
+
+
+@wide_kernel
+def _add_rows(mass, values, sums, rows, first, stride):
+    """Set sums (columns,) to the sums of mass times values over rows, from top to bottom."""
+    columns = np.uint64(len(sums))
+    for column in range(columns):
+        sums[column] = 0.0
+    for row in range(rows):
+        begin = first + row * stride
+        for column in range(columns):
+            sums[column] += mass[begin + column] * np.float64(values[begin + column])
 
 
 @lean_kernel
 def _take_means(mass, stations, rows, first, stride):
     """Set stations.means to means of what was seen, weighted by mass; always in one order."""
-    sums, means = stations.sums, stations.means
-    columns = len(stations.hat)
-    sums[...] = 0.0
+    means = stations.means
     means[...] = 0.0
     for axis in range(6):
-        values = stations.seen[axis]
-        for row in range(rows):
-            begin = first + row * np.int64(stride)
-            for column in range(columns):
-                sums[column, axis] += mass[begin + column] * np.float64(values[begin + column])
-    for column in range(columns):
-        hat, part = stations.hat[column], stations.part[column]
-        for axis in range(6):
-            means[hat, axis] += (1.0 - part) * sums[column, axis]
-            means[hat + 1, axis] += part * sums[column, axis]
+        sums = stations.sums[axis]
+        _add_rows(mass, stations.seen[axis], sums, rows, first, stride)
+        for column in range(len(sums)):
+            hat, part = stations.hat[column], stations.part[column]
+            means[hat, axis] += (1.0 - part) * sums[column]
+            means[hat + 1, axis] += part * sums[column]
     for station in range(len(stations.mass)):
         for axis in range(6):
             means[station, axis] /= stations.mass[station]
