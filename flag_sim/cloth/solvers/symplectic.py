@@ -102,12 +102,14 @@ def _take_steps(nodes, nodes_out, sheet, coefficients, work, scratch, steps, ban
             _move(nodes, nodes_out, tensions, None, faces, sheet, factors, band)
         else:
             _move(nodes, nodes_out, tensions, None, None, sheet, factors, band)
-        # The air that moves with the cloth; scratch is None where none does.
-        if scratch is not None:
-            add_inertia_of_air(nodes, nodes_out, sheet, scratch, work.barrier, dt, band)
         # The pole, and the attachment to the hoist.
         collide(nodes.position, nodes_out, coefficients.limits, work.contact, band)
         wait(work.barrier)
+        # The air that moves with the cloth; scratch is None where none does.
+        if scratch is not None:
+            add_inertia_of_air(nodes, nodes_out, sheet, scratch, work.barrier, dt, band)
+            collide(nodes.position, nodes_out, coefficients.limits, work.contact, band)
+            wait(work.barrier)
         nodes, nodes_out = nodes_out, nodes
 
 
