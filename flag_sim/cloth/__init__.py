@@ -40,6 +40,7 @@ The modules, in the order in which a frame and its steps pass them:
 - bending: resistance to bending
 - aerodynamics: the wind on the faces, spread over the nodes
 - drag: the drag laws
+- added_mass: the inertia of the air that moves with the cloth; off by default
 - collision: the pole and stretch_limit within a step; it calls the next five
 - pole, contact: the pole and the limits, as users give them and as kernels take them
 - proximity: which nodes may be near the pole or too far out
@@ -48,8 +49,7 @@ The modules, in the order in which a frame and its steps pass them:
 - constraints: the same limits at the end of a frame
 - divergence: whether the frame has diverged, and which step would have been stable
 - normals: unit normals at the nodes, for drawing
-- energy, strain: figures about a state, in plain numpy
-- pole_load: the force and the moment of the flag on its pole
+- energy, strain, pole_load: figures about a state, in plain numpy
 - plain: one step in plain numpy, to be read first
 """
 from flag_sim.cloth.divergence import Diverged

@@ -27,7 +27,7 @@ from flag_sim.cloth.attachment import bring_back
 from flag_sim.cloth.contact import Contact, Limits
 from flag_sim.cloth.planes import cell_plane, is_beyond, project
 from flag_sim.cloth.proximity import clear_room_out_of_reach, FAR, row_of, rows_of, set_room
-from flag_sim.cloth.records import Band, NEXT, Nodes
+from flag_sim.cloth.records import Band, Field, NEXT, Nodes
 from flag_sim.cloth.turning import turn_nodes
 from flag_sim.jit.kernels import lean_inner_kernel, lean_kernel
 import numpy as np
@@ -204,14 +204,19 @@ def collide(nodes: Nodes, nodes_out: Nodes, limits: Limits, contact: Contact,
     Put every node that a step has taken from nodes to nodes_out where it may be.
 
     Changes nodes_out, of the nodes of a band alone; reads nodes, of all. contact: to work in.
-    First brings them into the frame of a pole that has turned. Where there is no pole, that is
-    all.
+    First brings them into the frame of a pole that has turned.
     """
     if limits.turn.size > type(limits.rounding)(0.0):
         turn_nodes(nodes, nodes_out, limits.turn, limits.free, band)
+    constrain_nodes(nodes.position, nodes_out, limits, contact, band)
+
+
+@lean_kernel
+def constrain_nodes(position: Field, nodes_out: Nodes, limits: Limits, contact: Contact,
+                    band: Band) -> None:
+    """Bring what a step has moved from positions to nodes_out out of the pole, as collide does."""
     if not limits.pole[2] > 0.0:
         return
-    position = nodes.position
     set_room(position, nodes_out.position, limits, contact, band)
     if limits.reach < math.inf:
         clear_room_out_of_reach(nodes_out.position, limits, contact.room, band)

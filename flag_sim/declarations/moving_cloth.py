@@ -16,9 +16,10 @@
 from collections.abc import Callable, Mapping
 import math
 
-from flag_sim.cloth import energy
+from flag_sim.cloth import Air, energy
 from flag_sim.cloth.divergence import Diverged
 from flag_sim.cloth.simulation import Cloth
+from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.cloth.strain import greatest_strain
 from flag_sim.declarations.factories import (
     air_of, cloth_of, hang_of, material_of, pole_of, pose_of, stepping_of)
@@ -31,9 +32,15 @@ PREROLL_FRAME = 1.0 / 30.0
 """Longest piece of a pre-roll [s], an ordinary frame: `substeps_limit` goes by the frame."""
 
 
+def _moves_air(values):
+    """Return whether kernels with the inertia of the air are needed; not where it is refused."""
+    return values['air.added_mass'] > 0.0 and SOLVERS[values['solver']].moves_air
+
+
 def kernels_of(values: Mapping) -> str:
     """Return in words what the kernels are compiled for."""
-    return f'solver {values["solver"]} in {values["precision"]}'
+    moving = ' with moving air' if _moves_air(values) else ''
+    return f'solver {values["solver"]} in {values["precision"]}{moving}'
 
 
 def warm_up(values: Mapping) -> None:
@@ -43,12 +50,12 @@ def warm_up(values: Mapping) -> None:
     Those of one solver and precision only: all would take more memory and a minute more.
     """
     cloth = Cloth(3, 3, pole=(0.0, 0.0, 0.01), solver=values['solver'],
-                  precision=values['precision'])
+                  precision=values['precision'], air=Air(added_mass=float(_moves_air(values))))
     cloth.advance(1e-3)
     cloth.normals()
 
 
-CLOTH_KERNELS = KernelChoice(('solver', 'precision'), kernels_of, warm_up)
+CLOTH_KERNELS = KernelChoice(('solver', 'precision', 'air.added_mass'), kernels_of, warm_up)
 
 
 class MovingCloth:

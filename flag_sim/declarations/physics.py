@@ -13,10 +13,13 @@
 # limitations under the License.
 
 """Parameters of the physics node."""
+from collections.abc import Mapping
+
 from flag_sim.cloth import Air, Material, Stepping
 from flag_sim.cloth.mesh import Grid
 from flag_sim.cloth.options import Options
 from flag_sim.cloth.simulation import MAX_FRAME
+from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.declarations.scene import SCENE
 from flag_sim.parameters.declaration import Declaration
 from flag_sim.parameters.declared import Group
@@ -47,3 +50,8 @@ PHYSICS = (
                 0.0, MAX_FRAME),
     *OPTIONS.pick('threads'),
 )
+
+
+def check_method(values: Mapping) -> None:
+    """Raise ValueError if the solver of values {name: value} cannot step in their air."""
+    SOLVERS[values['solver']].require(AIR.make(values))

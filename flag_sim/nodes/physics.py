@@ -19,7 +19,7 @@ import time
 
 from flag_sim.cloth.simulation import MAX_WIND
 from flag_sim.declarations.moving_cloth import CLOTH_KERNELS, MovingCloth
-from flag_sim.declarations.physics import PHYSICS
+from flag_sim.declarations.physics import check_method, PHYSICS
 from flag_sim.declarations.scene import check_scene
 from flag_sim.parameters import checks
 from flag_sim.protocol.frames import FrameId
@@ -60,8 +60,9 @@ class Physics(FrameNode):
             'waiting for frames')
 
     def check(self, values: Mapping) -> None:
-        """Raise ValueError for values that together make no scene."""
+        """Raise ValueError for values that make no scene, or that the solver cannot take."""
         check_scene(values)
+        check_method(values)
 
     def check_wind(self, wind: np.ndarray) -> None:
         """Raise ValueError for a wind (3,) [m/s] beyond MAX_WIND."""

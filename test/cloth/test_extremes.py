@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """Random cloths far beyond any scene: they stay finite, within reach, and out of the pole."""
+import dataclasses
 import math
 import os
 
@@ -54,6 +55,11 @@ def random_air(rng):
     return Air(density, drag, rng.choice(list(DRAG_LAWS)))
 
 
+def random_air_along(rng):
+    """Return air of any law of which some moves with the cloth."""
+    return dataclasses.replace(random_air(rng), added_mass=rng.uniform(0.0, 1.0))
+
+
 def random_wind(rng):
     """Return a wind of up to 200 m/s from any side."""
     wind = rng.normal(size=3)
@@ -75,7 +81,8 @@ def greatest_energy(cloth, dt, wind):
     most at v = W / 2. The area is that of a cloth stretched to its limit both ways. Weight's power
     is at most M g v <= g sqrt(2 M E). So dE/dt <= P + g sqrt(2 M E), and
     sqrt(E) <= sqrt(U + P t) + g t sqrt(M / 2). By eq. 1.3 as published there is no such P, but a
-    force of at most 2 W newtons on a node, or 2 W over the node's mass more to g.
+    force of at most 2 W newtons on a node, or 2 W over the node's mass more to g. Air that moves
+    along gives at most rho / 2 L H W^3 more.
     """
     model = Model(cloth.mesh, cloth.material)
     energy = (kinetic_energy(model, cloth.velocities) + elastic_energy(model, cloth.positions)
@@ -89,6 +96,8 @@ def greatest_energy(cloth, dt, wind):
     else:
         gravity += 2.0 * speed / model.cell_mass
     power = cloth.air.drag * area * (1.0 + cloth.stretch_limit)**2 * most
+    if cloth.air.added_mass > 0.0:
+        power += 0.5 * cloth.air.density * area * speed**3
     fall = gravity * dt * math.sqrt(0.5 * cloth.material.area_density * area)
     return (math.sqrt(energy + power * dt) + fall)**2
 
@@ -128,18 +137,29 @@ def test_random_extremes_stay_bounded(solver, part, precision):
     letter of 1.3, which nothing weakens, can make a node so fast; it then leaves all as it
     was.
     """
+    fly_extremes(part, solver, precision, random_air)
+
+
+@pytest.mark.parametrize('part', range(10))
+def test_random_extremes_with_air_that_moves_along_stay_bounded(part):
+    """The same of the inertia of the air, whose power on the cloth is bounded."""
+    fly_extremes(part, 'symplectic', PRECISIONS[part % 2], random_air_along)
+
+
+def fly_extremes(part, solver, precision, air_of):
+    """Fly a tenth of the random cloths, in random air; assert all that they promise."""
     rng = np.random.default_rng(part)
     for _ in range(EXTREMES // 10):
         shape = rng.integers(2, 22), rng.integers(2, 32), *10.0**rng.uniform(-1.0, 1.0, 2)
         material, stepping = random_parameters(rng, *shape)
         limit = rng.choice([0.1, 0.5, 1.0, 3.0])
-        cloth = Cloth(*shape, material=material, air=random_air(rng), stepping=stepping,
+        cloth = Cloth(*shape, material=material, air=air_of(rng), stepping=stepping,
                       solver=solver, stretch_limit=limit, precision=precision)
         dt, wind = 10.0**rng.uniform(-5.0, 0.0), random_wind(rng)
         for frame in range(9):
             if frame in (3, 6):
                 cloth.material, cloth.stepping = random_parameters(rng, *shape)
-                cloth.air, wind = random_air(rng), random_wind(rng)
+                cloth.air, wind = air_of(rng), random_wind(rng)
             greatest = swapped(cloth) * greatest_energy(cloth, dt, wind)
             before = cloth.positions
             try:

@@ -18,7 +18,7 @@ import subprocess
 import sys
 import threading
 
-from flag_sim.cloth import Cloth
+from flag_sim.cloth import Air, Cloth
 from flag_sim.cloth.mesh import Mesh, PRECISIONS, SMALLEST_BAND
 from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.cloth.solvers.symplectic import STRIP
@@ -46,10 +46,11 @@ def test_the_same_motion_to_the_bit(solver, precision):
         np.testing.assert_array_equal(together, alone)
 
 
+@pytest.mark.parametrize('air', [Air(), Air(added_mass=0.5)], ids=['air', 'moving'])
 @pytest.mark.parametrize('grid', [(2, 2), (3, 50), (50, 3), (21, 31)], ids=str)
-def test_grids_of_all_shapes(grid):
-    """Bands may be empty, and end anywhere in a row."""
-    np.testing.assert_array_equal(flown(grid=grid, threads=5), flown(grid=grid))
+def test_grids_of_all_shapes(grid, air):
+    """Bands may be empty, and end anywhere in a row; sums over all nodes are made in one order."""
+    np.testing.assert_array_equal(flown(grid=grid, threads=5, air=air), flown(grid=grid, air=air))
 
 
 @pytest.mark.parametrize('grid', [(81, 121), (12, 1001)], ids=str)

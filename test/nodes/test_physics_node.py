@@ -121,7 +121,9 @@ def test_an_invalid_keyed_value_is_refused_and_the_next_frame_served(bench, capf
 
 @pytest.mark.parametrize('keyed, rule', [
     ({'flag.length': 1e-5}, 'flag.length must be 0 or a number from 0.001 to 100 [m], not 1e-05'),
-    ({'pole.diameter': 9.0}, 'pole.diameter 9 m must be less than pole.height 9 m')], ids=str)
+    ({'pole.diameter': 9.0}, 'pole.diameter 9 m must be less than pole.height 9 m'),
+    ({'air.added_mass': 0.5, 'solver': 'verlet'}, 'air.added_mass above 0 needs solver symplectic')
+], ids=str)
 def test_keyed_values_that_cannot_stand_together_are_left_out_and_frames_go_on(
         bench, capfd, keyed, rule):
     """The frame is answered, or lockstep would send it forever; said once, shown in `state`."""

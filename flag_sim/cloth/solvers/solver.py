@@ -47,6 +47,7 @@ class Solver(abc.ABC):
     - is_parallel: whether threads may compute its steps together. take_steps then waits at
       work.barrier before it reads of neighbours what another thread writes, and before it writes
       what another one may still read;
+    - moves_air: whether it takes account of air.added_mass;
     - frequency_bound and stable_step, where other frequencies than the cloth's own limit its
       steps, or steps can be taken that are not stable in all motions;
     - new_scratch and scratch_from, where it needs more arrays than those of Work.
@@ -55,6 +56,7 @@ class Solver(abc.ABC):
     useful_step: float = math.inf
     force_time: float = 0.0
     is_parallel: bool = False
+    moves_air: bool = False
 
     def __init__(self, model: Model):
         self.model = model
@@ -136,14 +138,23 @@ class Solver(abc.ABC):
         """Return the Contact of the last steps, which says what the attachment brought back."""
         return self._work.contact
 
+    @classmethod
+    def require(cls, air: Air) -> None:
+        """Raise ValueError for air that the method cannot move with the cloth."""
+        if air.added_mass > 0.0 and not cls.moves_air:
+            raise ValueError('air.added_mass above 0 needs solver symplectic: the other methods '
+                             'do not move the air with the cloth')
+
     def advance(self, state: State, spare: State, forcing: Forcing, dt: float, count: int,
                 pool: ThreadPool = ONE_THREAD) -> State:
         """
         Take count steps of dt [s] from state; return the one of the two that holds the result.
 
         Both are written to, in turn. The pool's threads compute bands of the nodes, if the method
-        lets them; the result is the same to the bit for any number of them.
+        lets them; the result is the same to the bit for any number of them. Raises ValueError for
+        an added mass of air that the method cannot move.
         """
+        self.require(forcing.air)
         model = self.model
         threads = pool.threads if self.is_parallel else 1
         barrier = new_barrier(threads)

@@ -16,17 +16,21 @@
 import math
 from typing import NamedTuple
 
+from flag_sim.cloth.added_mass import add_inertia_of_air, AddedMass, Stations
 from flag_sim.cloth.aerodynamics import node_wind_force
 from flag_sim.cloth.bending import bending_force
-from flag_sim.cloth.collision import collide
-from flag_sim.cloth.forces import begin_element_forces
+from flag_sim.cloth.collision import collide, constrain_nodes
+from flag_sim.cloth.forces import begin_element_forces, Forcing
 from flag_sim.cloth.material import Air
 from flag_sim.cloth.mesh import SMALLEST_BAND
+from flag_sim.cloth.model import Model
 from flag_sim.cloth.records import Band, NEXT, Vector
-from flag_sim.cloth.solvers.solver import Solver
+from flag_sim.cloth.solvers.solver import ONE_THREAD, Solver
 from flag_sim.cloth.springs import spring_force
+from flag_sim.cloth.state import State
 from flag_sim.jit.kernels import inner_kernel, shared_kernel, wide_kernel
 from flag_sim.parallel.barrier import wait
+from flag_sim.parallel.thread_pool import ThreadPool
 import numpy as np
 
 PIECE = np.uint64(SMALLEST_BAND)
@@ -144,6 +148,11 @@ def _take_steps(nodes, nodes_out, sheet, coefficients, work, scratch, steps, ban
         _move_band(nodes, nodes_out, sheet, coefficients, work, factors,
                    _strip(moved, last, band))
         wait(work.barrier)
+        # The air that moves with the cloth; scratch is None where none does.
+        if scratch is not None:
+            add_inertia_of_air(nodes, nodes_out, sheet, scratch, work.barrier, dt, band)
+            constrain_nodes(nodes.position, nodes_out, coefficients.limits, work.contact, band)
+            wait(work.barrier)
         nodes, nodes_out = nodes_out, nodes
 
 
@@ -160,6 +169,25 @@ class Symplectic(Solver):
     drag_order = 1
     take_steps = staticmethod(_take_steps)
     is_parallel = True
+    moves_air = True
+    _stations: Stations | None = None
+
+    @classmethod
+    def new_scratch(cls, model: Model) -> None:
+        """Return None: there are no stations until air moves with the cloth."""
+        return None
+
+    def advance(self, state: State, spare: State, forcing: Forcing, dt: float, count: int,
+                pool: ThreadPool = ONE_THREAD) -> State:
+        """Take steps as Solver.advance does, with the inertia of the air where it is asked for."""
+        self._scratch = self._air(forcing) if forcing.air.moves_along else None
+        return super().advance(state, spare, forcing, dt, count, pool)
+
+    def _air(self, forcing):
+        """Return the AddedMass under a forcing."""
+        if self._stations is None:
+            self._stations = Stations.of(self.model)
+        return AddedMass.of(self._stations, self.model, forcing.air, forcing.wind)
 
     @classmethod
     def largest_step(cls, omega: float, gamma: float, air: Air) -> float:

@@ -147,6 +147,8 @@ TERMS = (
          'on: costs the same; matched in one wind, the linear law is wrong in every other'),
     Term("wind law, else the course project's", {}, {'air.law': 'seed', 'speed': seed_speed},
          ('fresh',), 'on: the other knows neither the size of a face nor its velocity'),
+    Term('inertia of the air', {'air.added_mass': 0.53}, {}, ('fresh',),
+         'off: drag and waves come nearer to real ones, the swing goes farther from them'),
     Term('shear', {}, {'shear_stiffness': 0.0}, WINDS,
          'on: without it the sheet folds up along its diagonals'),
     Term('bending', {}, {'bend_stiffness': 0.0}, WINDS,

@@ -16,7 +16,7 @@ import math
 from typing import NamedTuple
 
 from flag_sim.cloth import Diverged
-from flag_sim.cloth.pole_load import pole_load, weight
+from flag_sim.cloth.pole_load import pole_load
 from flag_sim.declarations.factories import cloth_of
 from flag_sim.study.measures.settings import changed, Settings
 import numpy as np
@@ -71,15 +71,15 @@ def flapping(settings: Settings, speed: float, trial: Trial) -> dict:
             if frame * dt >= trial.settle:
                 seen.append(_seen(cloth))
                 if len(seen) % LOADED == 1:
-                    load = pole_load(cloth, wind)
-                    loads.append((load.drag(wind), load.lift(weight(cloth))))
+                    loads.append(pole_load(cloth, wind).force)
     except Diverged:
         return dict.fromkeys(COLUMNS)
-    drag, lift = np.mean(loads, axis=0)
+    drag, _, upwards = np.mean(loads, axis=0)
+    weight = float(cloth.model.mass.sum()) * cloth.gravity
     pressure = 0.5 * cloth.air.density * speed**2 * cloth.mesh.length * cloth.mesh.width
     return dict(zip(COLUMNS, (
         *_motion(cloth, speed, dt, np.array(seen)), float(drag) / pressure,
-        float(lift) / weight(cloth) if cloth.gravity else None)))
+        float(upwards) / weight + 1.0 if weight else None)))
 
 
 COLUMNS = ('frequency_hz', 'crossings_hz', 'swing', 'wave_speed', 'sag_deg', 'drag', 'lift')
