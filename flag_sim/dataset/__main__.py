@@ -120,6 +120,7 @@ def _run(recipe, store, options, numbers):
                     engine.warm_up(recipe, lacking[0])
                 client = stack.enter_context(engine.cluster(options.scheduler))
                 print(f'Dask dashboard: {client.dashboard_link}', flush=True)
+                engine.check_workers(client, store.folder.absolute(), versions()['flag_sim'])
                 rows = engine.on_cluster(client, job, lacking)
             _follow(rows, len(lacking))
     except KeyboardInterrupt:

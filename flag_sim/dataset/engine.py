@@ -21,13 +21,16 @@ it is made.
 from collections.abc import Callable, Iterable, Iterator
 import contextlib
 import functools
+import hashlib
+import importlib
+import importlib.metadata
 import itertools
 import logging
 import os
 from pathlib import Path
 from typing import NamedTuple
 
-from flag_sim.dataset import clip
+from flag_sim.dataset import bag, clip
 from flag_sim.dataset.channels import arrays_of
 from flag_sim.dataset.recipe import Recipe
 from flag_sim.dataset.shot import NoClip
@@ -110,6 +113,28 @@ def cluster(address: str | None, workers: int | None = None) -> Iterator[object]
         yield client
 
 
+def check_workers(client: object, folder: Path, version: str) -> None:
+    """
+    Raise StoreError unless the workers that are there have this flag_sim and see the folder.
+
+    Asked by functions of Python's own: what a worker cannot import would end it, again and again.
+    """
+    import distributed
+    client.wait_for_workers(1)
+    try:
+        found = set(client.run(importlib.metadata.version, 'flag_sim').values()) - {version}
+        client.run(importlib.import_module, make.__module__)
+    except ImportError as error:
+        raise StoreError(f'the workers cannot import flag_sim.dataset: {error}') from None
+    except distributed.CommClosedError as error:
+        raise StoreError(f'the workers do not answer: {error}') from None
+    if found:
+        raise StoreError(f'the workers have flag_sim {", ".join(sorted(found))}, and this is '
+                         f'version {version}')
+    if not all(client.run(os.path.isfile, str(folder / 'dataset.json')).values()):
+        raise StoreError(f'not all workers see {folder}: name a folder that is shared')
+
+
 def spread(client: object, task: Callable[[int], dict], numbers: Iterable[int],
            broken: Callable[[int, str], dict]) -> Iterator[dict]:
     """
@@ -173,9 +198,8 @@ def verify(store: Store, rows: Iterable[dict]) -> Iterator[tuple[int, str]]:
 
 
 def digest_of(path: Path) -> str:
-    """Return the SHA-256 of a clip: of its file, or of the file of its bag."""
-    import hashlib
+    """Return the SHA-256 of a clip: of its file, or of those of its bag."""
     if path.is_dir():
-        path, = path.glob('*.mcap')
+        return bag.digest_of(path)
     with open(path, 'rb') as file:
         return hashlib.file_digest(file, 'sha256').hexdigest()

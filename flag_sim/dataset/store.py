@@ -161,8 +161,10 @@ class Store:
         return row if is_there else None
 
     def temporary(self, number: int) -> Path:
-        """Return a name for what is being made."""
-        return self.making / f'{number:09d}-{secrets.token_hex(8)}'
+        """Return a name for what is being made, in a folder of its own."""
+        folder = self.making / secrets.token_hex(8)
+        folder.mkdir(parents=True)
+        return folder / f'{number:09d}'
 
     def put(self, number: int, made: Path | None, ending: str, row: dict) -> None:
         """Give what was made its name, and write its row."""
