@@ -36,6 +36,7 @@ TOPICS = {
     'backward_flow': {'backward_flow': 'camera/flow/image_raw'},
     'vertices': {'vertices': 'vertices'},
     'wind': {'wind': 'wind'},
+    'pole_load': {'pole_load': 'pole_load'},
 }
 """Of channels: {array: the topic that says the same}."""
 OF_CAMERA = ('camera/camera_info', 'camera/pose')
@@ -122,7 +123,10 @@ def read_array(folder: Path, name: str) -> np.ndarray:
 
 
 def _as_array(message):
-    """Return what an Image, a PointCloud2 (without its normals) or a Vector3Stamped says."""
+    """Return what an Image, a PointCloud2 (without normals), or a stamped vector or wrench says."""
+    if hasattr(message, 'wrench'):
+        return np.array([getattr(one, axis) for one in (message.wrench.force,
+                                                        message.wrench.torque) for axis in 'xyz'])
     if hasattr(message, 'vector'):
         return np.array([message.vector.x, message.vector.y, message.vector.z])
     kind = np.float32 if hasattr(message, 'point_step') or message.encoding.startswith(

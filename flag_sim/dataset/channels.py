@@ -121,6 +121,9 @@ CHANNELS = {
         'there to pixels, as P of CameraInfo, float64', None, {
             'camera_pose': _pose,
             'camera_projection': lambda view: view.moment.look.camera.P}),
+    'pole_load': Channel(
+        'what the flag does to its pole: force [N] and moment [N m] about the upper hoist corner, '
+        '(6,) float64', None, {'pole_load': lambda view: view.moment.pole_load}),
     'self_intersecting': Channel(
         'whether the cloth passes through itself, bool', None, {
             'self_intersecting': lambda view: np.bool_(

@@ -58,7 +58,8 @@ def views(recipe: Recipe, drawn: Drawn) -> Iterator[View]:
     """Yield the frames of a clip; what is drawn is good until the next one. Raises NoClip."""
     needed = picture_channels(recipe.channels)
     before, moment = None, None
-    for after in itertools.chain(Shot(drawn, recipe.frames, recipe.rate), [None]):
+    for after in itertools.chain(Shot(
+            drawn, recipe.frames, recipe.rate, 'pole_load' in recipe.channels), [None]):
         if moment is not None:
             frame = None if needed is None else _picture().draw_scene(
                 scene_of(moment, before), moment.look.camera, moment.look.light,

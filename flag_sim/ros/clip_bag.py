@@ -53,7 +53,7 @@ class ClipBag:
         """
         Write a frame's messages.
 
-        moment: with index, stamp [ns], wind (3,), keyed, look and points, as dataset.shot.Moment;
+        moment: with index, stamp [ns], wind (3,), keyed, look, points and pole_load, as dataset.shot.Moment;
         frame: what was drawn; values: {parameter: value} of the renderer. Raises OSError where the
         disk is full.
         """
@@ -66,6 +66,9 @@ class ClipBag:
                 data = serialized.without_padding(Vector3Stamped(
                     header=messages.header(moment.stamp, messages.WORLD),
                     vector=Vector3(**dict(zip('xyz', map(float, moment.wind))))))
+            elif name == 'pole_load':
+                data = serialized.without_padding(messages.wrench_message(
+                    moment.stamp, moment.pole_load[:3], moment.pole_load[3:]))
             elif name == 'vertices':
                 data = serialized.cloud(*moment.points.shape[:2]).at(moment.stamp, moment.points)
             else:
