@@ -20,6 +20,7 @@ Writing needs ROS, reading does not.
 """
 from collections.abc import Mapping
 import contextlib
+import dataclasses
 import hashlib
 import io
 from pathlib import Path
@@ -61,7 +62,10 @@ class BagWriter:
         """Add a frame: its View as messages, and what of its arrays no message says."""
         keyed = {name.removeprefix('renderer.'): value for name, value
                  in view.moment.keyed.items() if name.startswith('renderer.')}
-        self._bag.write(view.moment, view.frame, {**self._values, **keyed})
+        frame = view.frame
+        if 'backward_flow' in arrays:  # which no renderer has drawn here
+            frame = dataclasses.replace(frame, flow=arrays['backward_flow'])
+        self._bag.write(view.moment, frame, {**self._values, **keyed})
         for name, part in arrays.items():
             if name not in self._said:
                 self._beside.setdefault(name, []).append(np.copy(part))
@@ -123,7 +127,7 @@ def read_array(folder: Path, name: str) -> np.ndarray:
 
 
 def _as_array(message):
-    """Return what an Image, a PointCloud2 (without normals), or a stamped vector or wrench says."""
+    """Return what an Image, a cloud (without its normals), a vector or a wrench says."""
     if hasattr(message, 'wrench'):
         return np.array([getattr(one, axis) for one in (message.wrench.force,
                                                         message.wrench.torque) for axis in 'xyz'])

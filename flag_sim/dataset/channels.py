@@ -101,8 +101,8 @@ CHANNELS = {
     'backward_flow': Channel(
         'where the point of the surface was in the frame before, minus where it is [pixel], '
         '(height, width, 2) float32, nan where nothing is; and whether it was hidden there, bool',
-        ('flow', 'visibility'), {
-            'backward_flow': lambda view: view.frame.flow,
+        ('visibility',), {
+            'backward_flow': lambda view: view.backward.flow,
             'backward_occlusion': lambda view: view.backward.is_hidden}),
     'forward_flow': Channel(
         'where it will be in the next frame, minus where it is; and whether it is hidden there',

@@ -26,8 +26,10 @@ import importlib
 import importlib.metadata
 import itertools
 import logging
+import math
 import os
 from pathlib import Path
+import time
 from typing import NamedTuple
 
 from flag_sim.dataset import bag, clip
@@ -41,6 +43,8 @@ DEATHS = 3
 """How often a clip is begun anew whose workers died; Dask has begun it several times by then."""
 QUEUED = 4
 """How many clips a worker has waiting, so that it never waits for one."""
+ASKED = 1.0
+"""How often the scheduler is asked how many workers there are [s]."""
 
 
 class Job(NamedTuple):
@@ -145,8 +149,8 @@ def spread(client: object, task: Callable[[int], dict], numbers: Iterable[int],
     Raises OSError as a worker does: the disk is full, or not the same for all.
     """
     import distributed
-    waiting, deaths = iter(numbers), {}
-    by_key = {}
+    waiting, deaths, by_key = iter(numbers), {}, {}
+    room, asked = 0, -math.inf
     done = distributed.as_completed(loop=client.loop)
 
     def submit(number):
@@ -155,12 +159,14 @@ def spread(client: object, task: Callable[[int], dict], numbers: Iterable[int],
         done.add(future)
 
     def fill():
-        room = QUEUED * max(sum(client.nthreads().values()), 1) - len(by_key)
-        for number in itertools.islice(waiting, max(room, 0)):
+        nonlocal room, asked
+        if time.monotonic() - asked > ASKED:
+            room, asked = QUEUED * max(sum(client.nthreads().values()), 1), time.monotonic()
+        for number in itertools.islice(waiting, max(room - len(by_key), 0)):
             submit(number)
 
     fill()
-    for count, future in enumerate(done):
+    for future in done:
         number, error = by_key.pop(future.key), future.exception()
         if error is None:
             yield future.result()
@@ -174,8 +180,7 @@ def spread(client: object, task: Callable[[int], dict], numbers: Iterable[int],
             raise error
         else:
             yield broken(number, f'{type(error).__name__}: {error}')
-        if count % QUEUED == 0 or not by_key:
-            fill()
+        fill()
 
 
 def on_cluster(client: object, job: Job, numbers: Iterable[int]) -> Iterator[dict]:

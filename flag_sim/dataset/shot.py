@@ -47,8 +47,8 @@ class Moment(NamedTuple):
     index; stamp [ns]; wind: (3,) float64 [m/s]; keyed: {node.parameter: value}; look: what its
     picture depends on beside the cloth; points: (rows, columns, 6) float32, positions [m] and unit
     normals, as on `vertices`; velocities: (rows, columns, 3) float32 [m/s]; is_softened: whether
-    the cloth was softer than it is set; pole_load: (6,) float64, force [N] and moment [N m] of what
-    the flag does to its pole, if it was asked for.
+    the cloth was softer than it is set; pole_load: (6,) float64, force [N] and moment [N m] of
+    what the flag does to its pole, if it was asked for.
     """
 
     index: int

@@ -53,9 +53,9 @@ class ClipBag:
         """
         Write a frame's messages.
 
-        moment: with index, stamp [ns], wind (3,), keyed, look, points and pole_load, as dataset.shot.Moment;
-        frame: what was drawn; values: {parameter: value} of the renderer. Raises OSError where the
-        disk is full.
+        moment: with index, stamp [ns], wind (3,), keyed, look, points and pole_load, as those of
+        dataset.shot; frame: what was drawn; values: {parameter: value} of the renderer. Raises
+        OSError where the disk is full.
         """
         shot = camera_messages.Shot(moment.stamp, moment.look.camera, values['camera.frame_id'],
                                     frame, moment.positions, values)
