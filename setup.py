@@ -102,6 +102,7 @@ setup(
             'ros-kilted-geometry-msgs>=5.5,<5.6',
             'ros-kilted-rcl-interfaces>=2.3,<2.4',
             'ros-kilted-rosgraph-msgs>=2.3,<2.4',
+            'ros-kilted-rosidl-parser>=4.9.5,<4.10',
             'ros-kilted-sensor-msgs>=5.5,<5.6',
             'ros-kilted-std-msgs>=5.5,<5.6',
             'ros-kilted-visualization-msgs>=5.5,<5.6',
@@ -124,6 +125,7 @@ setup(
             'pytest-xdist>=3.5,<4',
             'scipy>=1.11,<2',
             'hypothesis>=6.98,<7',
+            'mcap-ros2-support>=0.5,<0.7',  # reads our bags with no ROS
             # Other programs that draw the same scene; wheels exist for these processors alone.
             'embreex>=4.4,<5; platform_machine == "x86_64"',
             'moderngl>=5.10,<6; platform_machine == "x86_64"',

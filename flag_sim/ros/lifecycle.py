@@ -129,8 +129,11 @@ def _report_unused_files(node, arguments):
     for path in given_files(arguments):
         try:
             keys = keys_in(path)
-        except (OSError, ValueError):
-            continue  # a pipe, which was read; or what rclpy alone can read
+        except OSError:
+            continue  # a pipe, which was read
+        except ValueError as error:  # rclpy passes over a file that is one word
+            node.get_logger().warning(str(error))
+            continue
         if any(is_meant(key, name) for key in keys):
             continue
         text = (f'nothing in {path} is meant for {name}; it has parameters for '

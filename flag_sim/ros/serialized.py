@@ -23,8 +23,9 @@ import functools
 import struct
 
 from flag_sim.ros import messages
+from flag_sim.ros.padding import padding
 import numpy as np
-from rclpy.serialization import deserialize_message, serialize_message
+from rclpy.serialization import serialize_message
 from sensor_msgs.msg import Image, PointCloud2
 from std_msgs.msg import Header
 
@@ -36,34 +37,15 @@ TIME, LENGTH = struct.Struct('=iI'), struct.Struct('=I')
 
 def without_padding(message: object) -> bytes:
     """
-    Return a message with a Header, or a Header, serialised; bytes that mean nothing are 0.
+    Return a message, serialised; bytes that mean nothing are 0.
 
     rclpy leaves in what it pads with whatever was in the memory before, and a bag would not be the
     same twice.
     """
     data = bytearray(serialize_message(message))
-    layout = type(message), len(getattr(message, 'header', message).frame_id), len(data)
-    if layout not in _known_padding:
-        _known_padding[layout] = [place for place in range(STAMP.start, len(data))
-                                  if _means_nothing(place, bytes(data), message)]
-    for place in _known_padding[layout]:
-        data[place] = 0
+    for gap in padding(message, len(data)):
+        data[gap] = bytes(gap.stop - gap.start)
     return bytes(data)
-
-
-_known_padding = {}  # places by layout: the message's type, length of its frame_id and of all
-
-
-def _means_nothing(place, data, message):
-    """Return whether a message is read the same whatever stands at a place of its bytes."""
-    for value in (b'\x00', b'\xff'):
-        try:
-            read = deserialize_message(data[:place] + value + data[place + 1:], type(message))
-        except (RuntimeError, UnicodeDecodeError):
-            return False
-        if read != message:
-            return False
-    return True
 
 
 class Stamped:

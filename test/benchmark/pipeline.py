@@ -16,8 +16,9 @@
 How fast the whole pipeline films, and where each node's time goes.
 
 Plays a shot at the defaults, 640 x 480 in lockstep through wind, physics, renderer and recorder,
-then feeds each of them alone with what was recorded, several times; and listens to the beat of a
-shot in real time. Prints medians and writes them to out/bench.json.
+then feeds each of them alone with what was recorded, several times; listens to the beat of a shot
+in real time; and counts the frames that are lost in real time. Prints medians and writes them to
+out/bench.json.
 """
 import argparse
 import contextlib
@@ -37,6 +38,7 @@ from probe import answer_wind, feed, Probe, recorded_frames, sending_jitter
 
 NODES = ('wind', 'physics', 'renderer', 'recorder')
 BEAT = 60.0  # of the shot in real time [Hz]
+REAL_TIME = ((60, 640, 480), (120, 640, 480), (60, 1280, 720))  # [Hz], [pixels]
 SHARE_AIM = 0.9  # of what the slowest node alone allows
 JITTER_AIM = 1.0, 5.0  # [ms], at the median and the 99th percentile
 
@@ -137,6 +139,19 @@ def beat(beats, folder):
         return sending_jitter(probe, BEAT, beats)
 
 
+def recorded_in_real_time(rate, width, height, beats, folder):
+    """Return how many of so many frames at a rate [Hz] come to be recorded."""
+    with Graph(folder / f'real-{rate}-{height}') as graph:
+        start(graph, 'physics')
+        start(graph, 'renderer', '-p', f'width:={width}', '-p', f'height:={height}')
+        start(graph, 'recorder', '-p', f'path:={folder / f"real-{rate}-{height}" / "bag"}')
+        start(graph, 'wind', '-p', f'rate:={rate:.1f}', '-p', f'frames:={beats}', '-p',
+              'wait_for:=[renderer, recorder]')
+        graph.wait('wind', 60.0 + 2.0 * beats / rate)
+        graph.end('recorder')
+        return int(graph.told('recorder')['X_FLAG_SIM_FRAMES'])
+
+
 def measure(amount):
     """Film a shot, then feed its nodes alone; return what was measured."""
     with tempfile.TemporaryDirectory(prefix='flag_sim-bench-') as folder:
@@ -159,6 +174,16 @@ def verdict(is_reached):
     return 'reached' if is_reached else 'MISSED'
 
 
+def told_of_real_time(recorded, beats):
+    """Print and return how many of so many frames were recorded in each case of REAL_TIME."""
+    told = []
+    for (rate, width, height), number in zip(REAL_TIME, recorded):
+        print(f'real time, {rate} Hz at {width} x {height}: {number} of {beats} frames recorded '
+              f'({verdict(number == beats)})')
+        told.append({'rate': rate, 'width': width, 'height': height, 'recorded': number})
+    return told
+
+
 def main():
     """Measure, print and write."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -169,6 +194,7 @@ def main():
     with tempfile.TemporaryDirectory(prefix='flag_sim-bench-') as folder:
         # It also compiles the kernels where they are not cached yet.
         jitter = beat(amount.beats, Path(folder))
+        real = [recorded_in_real_time(*case, amount.beats, Path(folder)) for case in REAL_TIME]
     runs = [measure(amount) for _ in range(amount.runs)]
     result = median_of(runs)
     result['spread_frames_per_second'] = [round(one['frames_per_second'], 1) for one in runs]
@@ -196,6 +222,7 @@ def main():
     print(f'real time, {BEAT:g} Hz: frames leave {jitter[0]:.2f} ms off the beat at the median '
           f'and {jitter[1]:.2f} ms at the 99th percentile; aimed at: {JITTER_AIM[0]:g} and '
           f'{JITTER_AIM[1]:g} ms ({verdict(is_even)})')
+    result['real_time'] = told_of_real_time(real, amount.beats)
     options.out.parent.mkdir(parents=True, exist_ok=True)
     options.out.write_text(json.dumps(result, indent=2) + '\n')
     print(f'written to {options.out}')

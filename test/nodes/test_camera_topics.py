@@ -21,67 +21,22 @@ from flag_sim.declarations.factories import look_of
 from flag_sim.declarations.nodes import defaults
 from flag_sim.drawing import Camera, flag_scene, LastFrame, Picture
 from flag_sim.drawing.mesh import grid_triangles
-from flag_sim.nodes.renderer import Renderer
-from flag_sim.protocol.frames import FrameId
 from flag_sim.ros import camera_messages, messages
+from flag_sim.ros.parameter_node import BadParameter
 import numpy as np
 from PIL import Image
 import pytest
 import rclpy
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.serialization import serialize_message
+from support.film import Film, FRAME, frame, pixels_of
 from support.flags import wave
-from support.frames import parameters_message
-from support.watch import eventually, Watcher
 
-FRAME = 40_000_000  # [ns]
 IMAGES = {'image_raw': 'colour', 'depth/image_raw': 'depth', 'normals/image_raw': 'normals',
           'labels/image_raw': 'labels', 'texture_coordinates/image_raw': 'texture_coordinates',
           'flow/image_raw': 'flow'}
-TYPES = {'rgb8': (np.uint8, 3), '8UC1': (np.uint8, 1), '32FC1': (np.float32, 1),
-         '32FC2': (np.float32, 2), '32FC3': (np.float32, 3)}
 ENCODINGS = {'image_raw': 'rgb8', 'depth/image_raw': '32FC1', 'normals/image_raw': '32FC3',
              'labels/image_raw': '8UC1', 'texture_coordinates/image_raw': '32FC2',
              'flow/image_raw': '32FC2'}
-
-
-class Film:
-    """A renderer called `left` in this process, and a node that hears all that it publishes."""
-
-    def __init__(self, domain, *given):
-        rclpy.init(domain_id=domain, args=[
-            '--ros-args', '-r', '__node:=left', '-p', 'width:=160', '-p', 'height:=120',
-            '-p', 'camera.frame_id:=left_eye', *given])
-        self.renderer = Renderer()
-        self._executor = SingleThreadedExecutor()
-        self._executor.add_node(self.renderer)
-        self.watcher = Watcher(domain)
-        self.heard = {name: self.watcher.listen(name) for name in camera_messages.available()}
-        self.done = self.watcher.listen('frame_done')
-        self._parameters, self._vertices = map(self.watcher.publisher, ('parameters', 'vertices'))
-        self._wait(lambda: self._parameters.get_subscription_count()
-                   and self._vertices.get_subscription_count()
-                   and len(self.renderer._listened()) == len(self.heard))
-
-    def _wait(self, condition):
-        eventually(lambda: self._executor.spin_once(timeout_sec=0.01) or condition(), self.watcher)
-
-    def shoot(self, frame, flag, **keyed):
-        """Send a frame; return {topic: message} of what is published of it."""
-        for messages_heard in (*self.heard.values(), self.done):
-            del messages_heard[:]
-        keyed = {f'renderer.camera.{name}': value for name, value in keyed.items()}
-        self._parameters.publish(parameters_message('wind', frame, [1.0, 0.0, 0.0], keyed))
-        self._vertices.publish(messages.cloud_message(frame.stamp, flag, flag))
-        self._wait(lambda: self.done and all(self.heard.values()))
-        return {name: heard[0] for name, heard in self.heard.items()}
-
-    def close(self):
-        """Leave the graph."""
-        self.watcher.__exit__()
-        self._executor.shutdown()
-        self.renderer.destroy_node()
-        rclpy.shutdown()
 
 
 @pytest.fixture
@@ -90,18 +45,6 @@ def film(domain):
     film = Film(domain)
     yield film
     film.close()
-
-
-def pixels_of(message):
-    """Return an Image's pixels."""
-    kind, channels = TYPES[message.encoding]
-    pixels = np.frombuffer(message.data, kind).reshape(message.height, message.width, channels)
-    return pixels[..., 0] if channels == 1 else pixels
-
-
-def frame(index, take=1):
-    """Return a frame in real time."""
-    return FrameId(index * FRAME, take, index, index)
 
 
 def check(film, shot, stamp, flag, last, **keyed):
@@ -186,6 +129,13 @@ def test_png_keeps_every_bit(domain):
             np.testing.assert_array_equal(np.asarray(png), pixels_of(shot['camera/image_raw']))
     finally:
         film.close()
+
+
+@pytest.mark.parametrize('name', ["''", "'  '"])
+def test_a_frame_without_a_name_is_refused(domain, name):
+    with pytest.raises(BadParameter, match='camera.frame_id must not be empty'):
+        Film(domain, '-p', f'camera.frame_id:={name}')
+    rclpy.shutdown()
 
 
 def test_a_stereo_pair_has_its_baseline_in_P():

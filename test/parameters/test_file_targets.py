@@ -99,16 +99,18 @@ def test_a_shot_counts_in_a_namespace(tmp_path, domain):
 
 def test_a_file_in_which_nothing_is_meant_for_a_node_is_told_of(tmp_path, domain):
     """As a warning, with what helps, where it has the node's name in another namespace."""
-    mine = tmp_path / 'mine.yaml'
+    mine, word = tmp_path / 'mine.yaml', tmp_path / 'word.yaml'
     mine.write_text('/wind: {ros__parameters: {speed: 9.0}}')
+    word.write_text('wind')  # which rclpy passes over
     with Graph(tmp_path / 'log', domain) as graph:
         for node in ('wind', 'recorder'):
-            graph.start(node, '-r', '__ns:=/cam1', '--params-file', str(mine), '-p',
-                        f'path:={tmp_path / "bag"}')
+            graph.start(node, '-r', '__ns:=/cam1', '--params-file', str(mine),
+                        '--params-file', str(word), '-p', f'path:={tmp_path / "bag"}')
             graph.wait_ready(node)
             graph.end(node)
         warning, information = graph.log('wind'), graph.log('recorder')
     text = f'nothing in {mine} is meant for /cam1/%s; it has parameters for /wind'
     assert f'{text % "wind"}: all of it is ignored. /**/wind instead of /wind counts' in warning
     assert '[WARN]' in warning
+    assert f'{word} is not a params file: it holds something else than parameters' in warning
     assert text % 'recorder' in information and 'ignored' not in information

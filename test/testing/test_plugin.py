@@ -26,6 +26,14 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 THEIRS = """
+import flag_sim.testing
+
+
+def test_two_films_of_a_test_have_a_folder_each(film, monkeypatch):
+    monkeypatch.setattr(flag_sim.testing, 'play', lambda folder, *_: folder)
+    assert film(3) != film(3)
+
+
 def test_a_flag(film, golden):
     filmed = film(3, ['camera/image_raw', 'camera/labels/image_raw', 'vertices'], 'gust',
                   renderer={'width': 64, 'height': 48},
