@@ -72,7 +72,8 @@ def test_a_clip_is_what_the_nodes_film(tmp_path):
     found = read_recipe(tmp_path / 'mine.yaml')
     shot = tmp_path / 'shot.yaml'
     shot.write_text(yaml.safe_dump(found.draw(0).params_file(found.frames, found.rate)))
-    filmed = list(play(tmp_path / 'film', found.frames, [*TOPICS, 'camera/pose', 'pole_load'], shot))
+    topics = [*TOPICS, 'camera/pose', 'pole_load']
+    filmed = list(play(tmp_path / 'film', found.frames, topics, shot))
     clip = Clips(tmp_path / 'set')[0]
     assert len(filmed) == found.frames and clip.number == 0
     for k, frame in enumerate(filmed):

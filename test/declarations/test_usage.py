@@ -39,7 +39,8 @@ def test_a_node_tells_its_parameters(name, arguments, capsys):
         assert f'{declaration.effect}; {declaration.rule}' in words
 
 
-@pytest.mark.parametrize('module', ['dataset.__main__', 'study.__main__', 'study.tune', 'tools.demo'])
+@pytest.mark.parametrize('module', [
+    'dataset.__main__', 'study.__main__', 'study.tune', 'tools.demo'])
 def test_a_command_tells_its_options(module, capsys):
     """Each with its default, where it has one."""
     main = importlib.import_module(f'flag_sim.{module}').main
@@ -47,7 +48,8 @@ def test_a_command_tells_its_options(module, capsys):
         main(['--help'])
     said = ' '.join(capsys.readouterr().out.split())
     assert end.value.code == 0 and said.startswith('usage: ')
-    for default in {'dataset.__main__': ('(as the recipe says)',), 'study.__main__': ('[min] (5)', '(out/study)'),
+    for default in {'dataset.__main__': ('(as the recipe says)',),
+                    'study.__main__': ('[min] (5)', '(out/study)'),
                     'study.tune': ('[Hz] (30)', '[pixel]'),
                     'tools.demo': ('(gust)', '(out)')}[module]:
         assert default in said
