@@ -24,12 +24,15 @@ import time
 from flag_sim.dataset import engine, manifest
 from flag_sim.dataset.clip import versions
 from flag_sim.dataset.marked_yaml import MarkedError
-from flag_sim.dataset.recipe import MOST_CLIPS, read_recipe, Recipe, TRIED
+from flag_sim.dataset.recipe import MOST_CLIPS, read_recipe, Recipe
 from flag_sim.dataset.shot import check, NoClip
 from flag_sim.dataset.store import Shard, Store, StoreError
 from flag_sim.parameters.arguments import given_path
 
 NEEDED = {'yaml': 'pyyaml', 'pyarrow': 'pyarrow', 'tqdm': 'tqdm'}
+TRIED = 16
+"""How many clips are drawn before any is made: a recipe of which none can be is refused."""
+KEPT = 'what is whole is kept, and the same command goes on from here'
 SHOWN = 10
 """How many of the clips that could not be made are shown."""
 
@@ -127,8 +130,11 @@ def _run(recipe, store, options, numbers):
         print('\ninterrupted; the same command goes on from here', file=sys.stderr)
         status = 130
     except OSError as error:
-        print(f'dataset: {store.folder} cannot be written: {error.strerror or error}; what is '
-              'whole is kept, and the same command goes on from here', file=sys.stderr)
+        what = f'{store.folder} cannot be written: {error.strerror}' if error.errno else error
+        print(f'dataset: {what}; {KEPT}', file=sys.stderr)
+        status = 1
+    except StoreError as error:
+        print(f'dataset: {error}; {KEPT}', file=sys.stderr)
         status = 1
     return _finish(store, numbers, status)
 

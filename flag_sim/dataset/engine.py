@@ -18,6 +18,7 @@ Who makes the clips: this process alone, or the workers of a Dask cluster.
 Only the numbers of clips go to workers, and their rows come back: what is large is written where
 it is made.
 """
+import asyncio
 from collections.abc import Callable, Iterable, Iterator
 import contextlib
 import functools
@@ -29,11 +30,13 @@ import logging
 import math
 import os
 from pathlib import Path
+import tempfile
 import time
 from typing import NamedTuple
 
 from flag_sim.dataset import bag, clip
 from flag_sim.dataset.channels import arrays_of
+from flag_sim.dataset.npz import NpzWriter
 from flag_sim.dataset.recipe import Recipe
 from flag_sim.dataset.shot import NoClip
 from flag_sim.dataset.store import Store, StoreError
@@ -76,9 +79,11 @@ def broken(job: Job, number: int, reason: str) -> dict:
 
 def warm_up(recipe: Recipe, number: int = 0) -> None:
     """Compile what clips need, in this process, so that workers find it compiled."""
-    with contextlib.suppress(NoClip):
-        for view in itertools.islice(clip.views(recipe, recipe.draw(number)), 2):
-            arrays_of(view, recipe.channels)
+    views = itertools.islice(clip.views(recipe, recipe.draw(number)), 2)
+    with (contextlib.suppress(NoClip), tempfile.TemporaryDirectory() as folder,
+          NpzWriter(Path(folder) / 'clip', 2) as writer):
+        for view in views:
+            writer.append(arrays_of(view, recipe.channels))
 
 
 def alone(job: Job, numbers: Iterable[int]) -> Iterator[dict]:
@@ -146,7 +151,8 @@ def spread(client: object, task: Callable[[int], dict], numbers: Iterable[int],
 
     A number whose worker died is begun anew; broken(number, reason) is called for one that fails
     for another reason than OSError, or dies again and again, and what it returns is yielded.
-    Raises OSError as a worker does: the disk is full, or not the same for all.
+    Raises OSError as a worker does: the disk is full, or not the same for all; and StoreError
+    where the scheduler is lost.
     """
     import distributed
     waiting, deaths, by_key = iter(numbers), {}, {}
@@ -167,7 +173,11 @@ def spread(client: object, task: Callable[[int], dict], numbers: Iterable[int],
 
     fill()
     for future in done:
-        number, error = by_key.pop(future.key), future.exception()
+        number = by_key.pop(future.key)
+        try:
+            error = future.exception()
+        except asyncio.CancelledError:
+            raise StoreError('the scheduler is gone') from None
         if error is None:
             yield future.result()
         elif isinstance(error, distributed.KilledWorker):

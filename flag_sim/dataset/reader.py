@@ -46,6 +46,10 @@ class Clip(Mapping):
         with np.load(self.path) as file:
             return file[name]
 
+    def __contains__(self, name: object) -> bool:
+        """Return whether the clip has an array of that name, without reading it."""
+        return name in list(iter(self))
+
     def __iter__(self) -> Iterator[str]:
         """Iterate over the names of the arrays."""
         if self.path.is_dir():

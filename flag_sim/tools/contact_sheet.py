@@ -94,13 +94,22 @@ def sheet(clips: Clips, seed: int = 1) -> Image.Image:
         middle = len(clips[number]['time']) // 2
         parts.append(_labelled(picture(clips[number], 'colour', middle),
                                f'clip {clips[number].number}'))
-    first = clips[chosen[0]]
-    middle = len(first['time']) // 2
+    first, middle = _largest(clips, chosen)
     rows = [parts, [_labelled(picture(first, name, middle), name) for name in COLOURS
                     if name in first and name != 'colour'],
             [histogram(name, values, parts[0].height)
              for name, values in spread_of(clips).items()]]
     return _tiled(rows)
+
+
+def _largest(clips, chosen):
+    """Return the clip whose flag is largest, with its frame in the middle."""
+    def size(number):
+        clip = clips[number]
+        middle = len(clip['time']) // 2
+        return np.count_nonzero(clip['labels'][middle] == 1) if 'labels' in clip else 0
+    clip = clips[max(chosen, key=size)]
+    return clip, len(clip['time']) // 2
 
 
 def _labelled(image, text):

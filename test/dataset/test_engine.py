@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """Workers: one that is killed loses no clip, and the clips are those of one process alone."""
+import asyncio
 import os
 import signal
 
@@ -82,6 +83,15 @@ def test_what_no_worker_can_make_is_listed(client, monkeypatch):
         list(engine.spread(client, fail, [0, 3], broken))
 
 
+def test_a_lost_scheduler_ends_the_run(client, monkeypatch):
+    """Its clips are cancelled then."""
+    def lost(future):
+        raise asyncio.CancelledError
+    monkeypatch.setattr('distributed.Future.exception', lost)
+    with pytest.raises(StoreError, match='the scheduler is gone'):
+        list(engine.spread(client, abs, [0], None))
+
+
 def test_the_command_uses_a_cluster_that_is_there(client, tmp_path, capsys):
     (tmp_path / 'mine.yaml').write_text(text())
     arguments = [str(tmp_path / 'mine.yaml'), '--output', str(tmp_path / 'set')]
@@ -107,7 +117,7 @@ def test_no_scheduler_is_said_to_be_none():
 def test_what_clips_need_is_compiled_before_workers_begin(monkeypatch):
     """Two frames of a clip, with every channel; one that cannot be made is no matter."""
     made = []
-    monkeypatch.setattr(engine, 'arrays_of', lambda view, names: made.append(names))
+    monkeypatch.setattr(engine, 'arrays_of', lambda view, names: made.append(names) or {})
     engine.warm_up(recipe_of(text()))
     assert made == [('vertices', 'wind')] * 2
     engine.warm_up(recipe_of(text(more='  physics.max_gap: 0.0\n')))
