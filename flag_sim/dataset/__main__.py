@@ -110,22 +110,24 @@ def _try(recipe: Recipe) -> None:
 
 
 def _run(recipe, store, options, numbers):
-    lacking = [number for number in numbers if _is_lacking(store.row(number))]
-    print(f'{len(numbers) - len(lacking)} of {len(numbers)} clips are there', flush=True)
+    done = {row['number'] for row in manifest.rows_of(store, numbers)
+            if not row.get('is_retried', False)}
+    lacking = (number for number in numbers if number not in done)
+    print(f'{len(done)} of {len(numbers)} clips are there', flush=True)
     job = engine.Job(recipe.text, str(store.folder.absolute()), store.tag)
     status = 0
     try:
         with contextlib.ExitStack() as stack:
-            if options.shard or not lacking:
+            if options.shard or len(done) == len(numbers):
                 rows = engine.alone(job, lacking)
             else:
                 if not options.scheduler:
-                    engine.warm_up(recipe, lacking[0])
+                    engine.warm_up(recipe)
                 client = stack.enter_context(engine.cluster(options.scheduler))
                 print(f'Dask dashboard: {client.dashboard_link}', flush=True)
                 engine.check_workers(client, store.folder.absolute(), versions()['flag_sim'])
                 rows = engine.on_cluster(client, job, lacking)
-            _follow(rows, len(lacking))
+            _follow(rows, len(numbers) - len(done))
     except KeyboardInterrupt:
         print('\ninterrupted; the same command goes on from here', file=sys.stderr)
         status = 130
@@ -137,10 +139,6 @@ def _run(recipe, store, options, numbers):
         print(f'dataset: {error}; {KEPT}', file=sys.stderr)
         status = 1
     return _finish(store, numbers, status)
-
-
-def _is_lacking(row):
-    return row is None or row.get('is_retried', False)
 
 
 def _follow(rows: Iterable[dict], count: int) -> None:
