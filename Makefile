@@ -21,10 +21,10 @@ help:
 	@echo 'make test   run all tests, in WORKERS=$(WORKERS) processes'
 	@echo 'make soak   run 2000 random extremes of the cloth for each method that promises to bear them,'
 	@echo '            finer grids, statistics of more flights, damaged files, 100000 hostile inputs'
-	@echo '            for the nodes, networks that lose and delay, and then twice the whole graph'
+	@echo '            for the nodes, networks that lose and delay, workers that are killed, and then twice the whole graph'
 	@echo '            for SOAK_MINUTES=$(SOAK_MINUTES), into out/soak.json (5: an hour in all)'
 	@echo 'make bench  measure frames per second, the work on many keys, how time grows with nodes and'
-	@echo '            pixels, what the processor allows, and what compiling takes, into out/bench*.json'
+	@echo '            pixels, what the processor allows, what compiling takes, and datasets, into out/bench*.json'
 	@echo 'make bench-cloth    move the cloth beside other programs, into out/bench-cloth.json'
 	@echo 'make bench-drawing  draw frames beside other programs, into out/bench-drawing.json'
 	@echo 'make study  measure what accuracy costs here, in MINUTES=$(MINUTES), into out/study/report.md'
@@ -53,7 +53,8 @@ soak:
 	test/cloth/test_conservation.py test/cloth/test_extremes.py test/cloth/test_refinement.py \
 	test/cloth/test_statistics.py test/nodes/test_damaged_files.py test/nodes/test_hosts.py \
 	test/nodes/test_fuzz.py test/nodes/test_faults.py test/nodes/test_graph.py \
-	test/drawing/test_again.py test/jit/test_processors.py test/package/test_benchmarks.py \
+	test/drawing/test_again.py test/jit/test_processors.py test/dataset/test_engine.py \
+	test/package/test_benchmarks.py \
 	test/nodes/test_soak.py
 
 bench:
@@ -63,6 +64,7 @@ bench:
 	@.venv/bin/python test/benchmark/growth.py
 	@.venv/bin/python test/benchmark/roofline.py
 	@.venv/bin/python test/benchmark/compiling.py
+	@.venv/bin/python test/benchmark/dataset.py
 
 study:
 	@.venv/bin/python -m flag_sim.study --minutes '$(MINUTES)'

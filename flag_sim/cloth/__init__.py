@@ -50,6 +50,7 @@ The modules, in the order in which a frame and its steps pass them:
 - divergence: whether the frame has diverged, and which step would have been stable
 - normals: unit normals at the nodes, for drawing
 - energy, strain, pole_load: figures about a state, in plain numpy
+- self_intersection: whether the cloth passes through itself
 - plain: one step in plain numpy, to be read first
 """
 from flag_sim.cloth.divergence import Diverged

@@ -24,12 +24,15 @@ import time
 from flag_sim.dataset import engine, manifest
 from flag_sim.dataset.clip import versions
 from flag_sim.dataset.marked_yaml import MarkedError
-from flag_sim.dataset.recipe import MOST_CLIPS, read_recipe, Recipe, TRIED
+from flag_sim.dataset.recipe import MOST_CLIPS, read_recipe, Recipe
 from flag_sim.dataset.shot import check, NoClip
 from flag_sim.dataset.store import Shard, Store, StoreError
 from flag_sim.parameters.arguments import given_path
 
 NEEDED = {'yaml': 'pyyaml', 'pyarrow': 'pyarrow', 'tqdm': 'tqdm'}
+TRIED = 16
+"""How many clips are drawn before any is made: a recipe of which none can be is refused."""
+KEPT = 'what is whole is kept, and the same command goes on from here'
 SHOWN = 10
 """How many of the clips that could not be made are shown."""
 
@@ -107,33 +110,35 @@ def _try(recipe: Recipe) -> None:
 
 
 def _run(recipe, store, options, numbers):
-    lacking = [number for number in numbers if _is_lacking(store.row(number))]
-    print(f'{len(numbers) - len(lacking)} of {len(numbers)} clips are there', flush=True)
+    done = {row['number'] for row in manifest.rows_of(store, numbers)
+            if not row.get('is_retried', False)}
+    lacking = (number for number in numbers if number not in done)
+    print(f'{len(done)} of {len(numbers)} clips are there', flush=True)
     job = engine.Job(recipe.text, str(store.folder.absolute()), store.tag)
     status = 0
     try:
         with contextlib.ExitStack() as stack:
-            if options.shard or not lacking:
+            if options.shard or len(done) == len(numbers):
                 rows = engine.alone(job, lacking)
             else:
                 if not options.scheduler:
-                    engine.warm_up(recipe, lacking[0])
+                    engine.warm_up(recipe)
                 client = stack.enter_context(engine.cluster(options.scheduler))
                 print(f'Dask dashboard: {client.dashboard_link}', flush=True)
+                engine.check_workers(client, store.folder.absolute(), versions()['flag_sim'])
                 rows = engine.on_cluster(client, job, lacking)
-            _follow(rows, len(lacking))
+            _follow(rows, len(numbers) - len(done))
     except KeyboardInterrupt:
         print('\ninterrupted; the same command goes on from here', file=sys.stderr)
         status = 130
     except OSError as error:
-        print(f'dataset: {store.folder} cannot be written: {error.strerror or error}; what is '
-              'whole is kept, and the same command goes on from here', file=sys.stderr)
+        what = f'{store.folder} cannot be written: {error.strerror}' if error.errno else error
+        print(f'dataset: {what}; {KEPT}', file=sys.stderr)
+        status = 1
+    except StoreError as error:
+        print(f'dataset: {error}; {KEPT}', file=sys.stderr)
         status = 1
     return _finish(store, numbers, status)
-
-
-def _is_lacking(row):
-    return row is None or row.get('is_retried', False)
 
 
 def _follow(rows: Iterable[dict], count: int) -> None:

@@ -101,8 +101,8 @@ CHANNELS = {
     'backward_flow': Channel(
         'where the point of the surface was in the frame before, minus where it is [pixel], '
         '(height, width, 2) float32, nan where nothing is; and whether it was hidden there, bool',
-        ('flow', 'visibility'), {
-            'backward_flow': lambda view: view.frame.flow,
+        ('visibility',), {
+            'backward_flow': lambda view: view.backward.flow,
             'backward_occlusion': lambda view: view.backward.is_hidden}),
     'forward_flow': Channel(
         'where it will be in the next frame, minus where it is; and whether it is hidden there',
@@ -121,6 +121,9 @@ CHANNELS = {
         'there to pixels, as P of CameraInfo, float64', None, {
             'camera_pose': _pose,
             'camera_projection': lambda view: view.moment.look.camera.P}),
+    'pole_load': Channel(
+        'what the flag does to its pole: force [N] and moment [N m] about the upper hoist corner, '
+        '(6,) float64', None, {'pole_load': lambda view: view.moment.pole_load}),
     'self_intersecting': Channel(
         'whether the cloth passes through itself, bool', None, {
             'self_intersecting': lambda view: np.bool_(

@@ -17,7 +17,6 @@ from collections.abc import Iterator
 import functools
 import importlib.metadata
 import itertools
-from pathlib import Path
 import shutil
 import time
 
@@ -59,11 +58,12 @@ def views(recipe: Recipe, drawn: Drawn) -> Iterator[View]:
     """Yield the frames of a clip; what is drawn is good until the next one. Raises NoClip."""
     needed = picture_channels(recipe.channels)
     before, moment = None, None
-    for after in itertools.chain(Shot(drawn, recipe.frames, recipe.rate), [None]):
+    for after in itertools.chain(Shot(
+            drawn, recipe.frames, recipe.rate, 'pole_load' in recipe.channels), [None]):
         if moment is not None:
             frame = None if needed is None else _picture().draw_scene(
                 scene_of(moment, before), moment.look.camera, moment.look.light,
-                moment.look.style, needed, before and before.look.camera)
+                moment.look.style, needed)
             yield View(moment, before, after, frame)
         before, moment = moment, after
 
@@ -88,16 +88,21 @@ def make_clip(recipe: Recipe, number: int, store: Store) -> dict:
     Raises OSError where the folder cannot be written; nothing is left of the clip then.
     """
     drawn = recipe.draw(number)
-    begin, tally = time.perf_counter(), Tally()
-    ending, made = ENDINGS[recipe.file_format], store.temporary(number)
+    made = store.temporary(number)
+    try:
+        return _make(recipe, drawn, store, made, time.perf_counter())
+    finally:
+        shutil.rmtree(made.parent, ignore_errors=True)
+
+
+def _make(recipe, drawn, store, made, begin):
+    """Film a clip at the path `made`, put it into its place, and return its row."""
+    number, ending, tally = drawn.number, ENDINGS[recipe.file_format], Tally()
     try:
         written = _film(recipe, drawn, made, tally)
         status, reason = 'whole', ''
     except NoClip as error:
         written, status, reason = {'bytes': 0, 'sha256': ''}, 'failed', str(error)
-    except BaseException:
-        _remove(made)
-        raise
     is_whole = status == 'whole'
     file = str(store.path(number, ending).relative_to(store.folder)) if is_whole else ''
     row = {'number': number, 'split': drawn.split, 'status': status, 'reason': reason,
@@ -105,8 +110,6 @@ def make_clip(recipe: Recipe, number: int, store: Store) -> dict:
            'recipe': recipe.digest, 'seconds': time.perf_counter() - begin,
            **{f'version.{name}': version for name, version in versions().items()},
            'parameters': parameters_of(drawn)}
-    if not is_whole:
-        _remove(made)
     store.put(number, made if is_whole else None, ending, row)
     return row
 
@@ -127,12 +130,6 @@ def _writer(recipe, drawn, made):
         return NpzWriter(made, recipe.frames)
     from flag_sim.dataset.bag import BagWriter  # which needs ROS
     return BagWriter(made, recipe, drawn)
-
-
-def _remove(path: Path):
-    if path.is_dir():
-        shutil.rmtree(path, ignore_errors=True)
-    path.unlink(missing_ok=True)
 
 
 def parameters_of(drawn: Drawn) -> dict[str, object]:

@@ -18,17 +18,25 @@ Who makes the clips: this process alone, or the workers of a Dask cluster.
 Only the numbers of clips go to workers, and their rows come back: what is large is written where
 it is made.
 """
+import asyncio
 from collections.abc import Callable, Iterable, Iterator
 import contextlib
 import functools
+import hashlib
+import importlib
+import importlib.metadata
 import itertools
 import logging
+import math
 import os
 from pathlib import Path
+import tempfile
+import time
 from typing import NamedTuple
 
-from flag_sim.dataset import clip
+from flag_sim.dataset import bag, clip
 from flag_sim.dataset.channels import arrays_of
+from flag_sim.dataset.npz import NpzWriter
 from flag_sim.dataset.recipe import Recipe
 from flag_sim.dataset.shot import NoClip
 from flag_sim.dataset.store import Store, StoreError
@@ -38,6 +46,8 @@ DEATHS = 3
 """How often a clip is begun anew whose workers died; Dask has begun it several times by then."""
 QUEUED = 4
 """How many clips a worker has waiting, so that it never waits for one."""
+ASKED = 1.0
+"""How often the scheduler is asked how many workers there are [s]."""
 
 
 class Job(NamedTuple):
@@ -69,9 +79,11 @@ def broken(job: Job, number: int, reason: str) -> dict:
 
 def warm_up(recipe: Recipe, number: int = 0) -> None:
     """Compile what clips need, in this process, so that workers find it compiled."""
-    with contextlib.suppress(NoClip):
-        for view in itertools.islice(clip.views(recipe, recipe.draw(number)), 2):
-            arrays_of(view, recipe.channels)
+    views = itertools.islice(clip.views(recipe, recipe.draw(number)), 2)
+    with (contextlib.suppress(NoClip), tempfile.TemporaryDirectory() as folder,
+          NpzWriter(Path(folder) / 'clip', 2) as writer):
+        for view in views:
+            writer.append(arrays_of(view, recipe.channels))
 
 
 def alone(job: Job, numbers: Iterable[int]) -> Iterator[dict]:
@@ -110,6 +122,28 @@ def cluster(address: str | None, workers: int | None = None) -> Iterator[object]
         yield client
 
 
+def check_workers(client: object, folder: Path, version: str) -> None:
+    """
+    Raise StoreError unless the workers that are there have this flag_sim and see the folder.
+
+    Asked by functions of Python's own: what a worker cannot import would end it, again and again.
+    """
+    import distributed
+    client.wait_for_workers(1)
+    try:
+        found = set(client.run(importlib.metadata.version, 'flag_sim').values()) - {version}
+        client.run(importlib.import_module, make.__module__)
+    except ImportError as error:
+        raise StoreError(f'the workers cannot import flag_sim.dataset: {error}') from None
+    except distributed.CommClosedError as error:
+        raise StoreError(f'the workers do not answer: {error}') from None
+    if found:
+        raise StoreError(f'the workers have flag_sim {", ".join(sorted(found))}, and this is '
+                         f'version {version}')
+    if not all(client.run(os.path.isfile, str(folder / 'dataset.json')).values()):
+        raise StoreError(f'not all workers see {folder}: name a folder that is shared')
+
+
 def spread(client: object, task: Callable[[int], dict], numbers: Iterable[int],
            broken: Callable[[int, str], dict]) -> Iterator[dict]:
     """
@@ -117,11 +151,12 @@ def spread(client: object, task: Callable[[int], dict], numbers: Iterable[int],
 
     A number whose worker died is begun anew; broken(number, reason) is called for one that fails
     for another reason than OSError, or dies again and again, and what it returns is yielded.
-    Raises OSError as a worker does: the disk is full, or not the same for all.
+    Raises OSError as a worker does: the disk is full, or not the same for all; and StoreError
+    where the scheduler is lost.
     """
     import distributed
-    waiting, deaths = iter(numbers), {}
-    by_key = {}
+    waiting, deaths, by_key = iter(numbers), {}, {}
+    room, asked = 0, -math.inf
     done = distributed.as_completed(loop=client.loop)
 
     def submit(number):
@@ -130,13 +165,19 @@ def spread(client: object, task: Callable[[int], dict], numbers: Iterable[int],
         done.add(future)
 
     def fill():
-        room = QUEUED * max(sum(client.nthreads().values()), 1) - len(by_key)
-        for number in itertools.islice(waiting, max(room, 0)):
+        nonlocal room, asked
+        if time.monotonic() - asked > ASKED:
+            room, asked = QUEUED * max(sum(client.nthreads().values()), 1), time.monotonic()
+        for number in itertools.islice(waiting, max(room - len(by_key), 0)):
             submit(number)
 
     fill()
-    for count, future in enumerate(done):
-        number, error = by_key.pop(future.key), future.exception()
+    for future in done:
+        number = by_key.pop(future.key)
+        try:
+            error = future.exception()
+        except asyncio.CancelledError:
+            raise StoreError('the scheduler is gone') from None
         if error is None:
             yield future.result()
         elif isinstance(error, distributed.KilledWorker):
@@ -149,8 +190,7 @@ def spread(client: object, task: Callable[[int], dict], numbers: Iterable[int],
             raise error
         else:
             yield broken(number, f'{type(error).__name__}: {error}')
-        if count % QUEUED == 0 or not by_key:
-            fill()
+        fill()
 
 
 def on_cluster(client: object, job: Job, numbers: Iterable[int]) -> Iterator[dict]:
@@ -173,9 +213,8 @@ def verify(store: Store, rows: Iterable[dict]) -> Iterator[tuple[int, str]]:
 
 
 def digest_of(path: Path) -> str:
-    """Return the SHA-256 of a clip: of its file, or of the file of its bag."""
-    import hashlib
+    """Return the SHA-256 of a clip: of its file, or of those of its bag."""
     if path.is_dir():
-        path, = path.glob('*.mcap')
+        return bag.digest_of(path)
     with open(path, 'rb') as file:
         return hashlib.file_digest(file, 'sha256').hexdigest()

@@ -83,9 +83,9 @@ def _groups(rows):
         yield group
 
 
-def rows_of(store: Store, numbers: Iterable[int]) -> Iterator[dict]:
+def rows_of(store: Store, numbers: range) -> Iterator[dict]:
     """Yield the rows of the clips that are there, in the order of their numbers."""
-    for number in numbers:
+    for number in store.listed(numbers):
         row = store.row(number)
         if row is not None:
             yield row

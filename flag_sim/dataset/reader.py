@@ -16,7 +16,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from flag_sim.dataset import manifest
+from flag_sim.dataset import bag, manifest
 import numpy as np
 
 
@@ -41,11 +41,19 @@ class Clip(Mapping):
 
     def __getitem__(self, name: str) -> np.ndarray:
         """Return an array; raise KeyError if the clip has none of that name."""
+        if self.path.is_dir():
+            return bag.read_array(self.path, name)
         with np.load(self.path) as file:
             return file[name]
 
+    def __contains__(self, name: object) -> bool:
+        """Return whether the clip has an array of that name, without reading it."""
+        return name in list(iter(self))
+
     def __iter__(self) -> Iterator[str]:
         """Iterate over the names of the arrays."""
+        if self.path.is_dir():
+            return iter(bag.names_in(self.path))
         with np.load(self.path) as file:
             return iter(list(file.files))
 

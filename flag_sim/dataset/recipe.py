@@ -24,7 +24,7 @@ from flag_sim.dataset.channels import CHANNELS, expanded
 from flag_sim.dataset.drawn_tracks import DrawnTrack, read_track
 from flag_sim.dataset.draws import MOST_SEED, Stream
 from flag_sim.dataset.laws import Law, read_law
-from flag_sim.dataset.marked_yaml import Marked, MarkedError, parse, read_text
+from flag_sim.dataset.marked_yaml import parse, read_text
 from flag_sim.dataset.splits import read_splits, Splits
 from flag_sim.dataset.targets import declarations, FILMED, refusal, spread
 from flag_sim.declarations.nodes import defaults, named
@@ -35,8 +35,6 @@ ENTRIES = ('seed', 'clips', 'frames', 'rate', 'format', 'channels', 'parameters'
 FORMATS = ('npz', 'bag')
 MOST_CLIPS = 10**9
 MOST_FRAMES = 1_000_000
-TRIED = 16
-"""How many clips are drawn before any is made: a recipe of which none can be is refused."""
 
 
 class Drawn:
@@ -177,6 +175,3 @@ def _read_tracks(marked, laws):
             if said in laws and (said == name or node != 'wind'):
                 raise one.error(f'{said} is both in parameters and in tracks')
     return tuple(tracks)
-
-
-__all__ = ['Drawn', 'Marked', 'MarkedError', 'read_recipe', 'Recipe', 'recipe_of', 'TRIED']

@@ -47,7 +47,8 @@ class Moment(NamedTuple):
     index; stamp [ns]; wind: (3,) float64 [m/s]; keyed: {node.parameter: value}; look: what its
     picture depends on beside the cloth; points: (rows, columns, 6) float32, positions [m] and unit
     normals, as on `vertices`; velocities: (rows, columns, 3) float32 [m/s]; is_softened: whether
-    the cloth was softer than it is set.
+    the cloth was softer than it is set; pole_load: (6,) float64, force [N] and moment [N m] of
+    what the flag does to its pole, if it was asked for.
     """
 
     index: int
@@ -58,6 +59,7 @@ class Moment(NamedTuple):
     points: np.ndarray
     velocities: np.ndarray
     is_softened: bool
+    pole_load: np.ndarray | None = None
 
     @property
     def positions(self) -> np.ndarray:
@@ -88,10 +90,15 @@ def check(drawn: Drawn) -> None:
 
 
 class Shot:
-    """The frames of a clip; drawn: what it is made by; frames: how many; rate [Hz]."""
+    """
+    The frames of a clip.
 
-    def __init__(self, drawn: Drawn, frames: int, rate: float):
+    drawn: what it is made by; frames: how many; rate [Hz]; has_load: whether to tell pole_load.
+    """
+
+    def __init__(self, drawn: Drawn, frames: int, rate: float, has_load: bool = False):
         check(drawn)
+        self._has_load = has_load
         self._values = {node: {**values, 'threads': 1} if node != 'wind' else values
                         for node, values in drawn.values.items()}
         self._frames, self._rate = frames, rate
@@ -118,7 +125,8 @@ class Shot:
                 look_values, look = values, self._checked(index, look_of, values)
             points = np.concatenate([cloth.positions, cloth.normals()], axis=2, dtype=np.float32)
             yield Moment(index, at, wind, keyed, look, points,
-                         cloth.velocities.astype(np.float32), bool(cloth.softness()))
+                         cloth.velocities.astype(np.float32), bool(cloth.softness()),
+                         np.concatenate(cloth.pole_load(wind)) if self._has_load else None)
 
     def _merged(self, node, keyed):
         """Return a node's values of a frame: its own and, before them, the keyed ones."""

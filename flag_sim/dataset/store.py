@@ -23,7 +23,7 @@ The folder of a dataset: which clips are in it, whole or not at all, and who wri
 A clip is whole when its row is there. What is being made has a name in a folder of its own until
 it is done, so a run that was killed, or a full disk, leaves nothing half.
 """
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 import contextlib
 import fcntl
 import json
@@ -38,6 +38,8 @@ from flag_sim.dataset.recipe import Recipe
 FORMAT = 1
 """Of the folder: raised when what is in it changes its meaning."""
 CLIPS_A_FOLDER = 1000
+MOST_ASKED = 10_000
+"""Clips that are looked for one by one."""
 ENDINGS = {'npz': '.npz', 'bag': ''}
 
 
@@ -160,9 +162,23 @@ class Store:
             file.is_file() and file.stat().st_size == row['bytes'])
         return row if is_there else None
 
+    def listed(self, numbers: range) -> Sequence[int]:
+        """
+        Return those of some numbers whose clips may be there, in their order.
+
+        Of many it looks which files there are: a set may be planned far larger than it is yet.
+        """
+        if len(numbers) <= MOST_ASKED:
+            return numbers
+        found = (int(path.stem) for path in self.folder.glob('clips/*/*.json')
+                 if path.stem.isdecimal())
+        return sorted(number for number in found if number in numbers)
+
     def temporary(self, number: int) -> Path:
-        """Return a name for what is being made."""
-        return self.making / f'{number:09d}-{secrets.token_hex(8)}'
+        """Return a name for what is being made, in a folder of its own."""
+        folder = self.making / secrets.token_hex(8)
+        folder.mkdir(parents=True)
+        return folder / f'{number:09d}'
 
     def put(self, number: int, made: Path | None, ending: str, row: dict) -> None:
         """Give what was made its name, and write its row."""

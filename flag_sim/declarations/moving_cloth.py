@@ -18,6 +18,7 @@ import math
 
 from flag_sim.cloth import Air, energy
 from flag_sim.cloth.divergence import Diverged
+from flag_sim.cloth.pole_load import pole_load, PoleLoad
 from flag_sim.cloth.simulation import Cloth
 from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.cloth.strain import greatest_strain
@@ -95,6 +96,10 @@ class MovingCloth:
     def normals(self) -> np.ndarray:
         """Return the nodes' unit normals: (rows, columns, 3)."""
         return self._cloth.normals()
+
+    def pole_load(self, wind) -> PoleLoad:
+        """Return what the flag does to its pole at the last frame, in that frame's wind (3,)."""
+        return pole_load(self._cloth, wind)
 
     def restart(self) -> None:
         """Lay the cloth out again."""

@@ -50,6 +50,7 @@ The modules, in the order in which a frame passes them:
 - image_file: a texture from a file
 - framebuffer: the frame, and its images that are kept
 - channels: normals, labels, texture coordinates and flow of what each pixel sees
+- motion: where what each pixel sees is in another frame, and whether it is hidden there
 - attributes: any values, interpolated to the pixels of a frame
 - ranges: checks of what is passed in
 - plain: one triangle in plain numpy, to be read first

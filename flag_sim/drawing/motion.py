@@ -30,7 +30,7 @@ from flag_sim.parameters import checks
 
 import numpy as np
 
-TILE = 8
+TILE = 4
 """Side of the squares in which triangles are looked for [pixel]."""
 NEARER = 1e-6
 """By which part of its depth a surface must be nearer than a point to hide it."""
@@ -117,11 +117,13 @@ class Bins(NamedTuple):
     """
     Which triangles may be seen in each tile of an image.
 
-    bounds: (m, 4) float64, least and greatest u and v of each triangle [pixel]; starts: (tiles +
-    1,) int64, where the triangles of a tile begin in `members`, (n,) int32; columns: of tiles.
+    bounds: (m, 4) float64, least and greatest u and v of each triangle [pixel]; planes: (m, 4, 3)
+    float64, see _set_planes; starts: (tiles + 1,) int64, where the triangles of a tile begin in
+    `members`, (n,) int32; columns: of tiles.
     """
 
     bounds: np.ndarray
+    planes: np.ndarray
     starts: np.ndarray
     members: np.ndarray
     columns: int
@@ -131,12 +133,14 @@ def _binned(sight, corners, camera):
     """Return the Bins of the triangles `corners` in an image."""
     columns, rows = -(-camera.width // TILE), -(-camera.height // TILE)
     bounds, starts = np.empty((len(corners), 4)), np.zeros(columns * rows + 1, np.int64)
+    planes = np.empty((len(corners), 4, 3))
     _set_bounds(sight, corners, camera.near, bounds)
+    _set_planes(sight, corners, planes)
     _count(bounds, columns, rows, starts)
     np.cumsum(starts, out=starts)
     members = np.empty(starts[-1], np.int32)
     _sort_in(bounds, columns, rows, starts[:-1].copy(), members)
-    return Bins(bounds, starts, members, columns)
+    return Bins(bounds, planes, starts, members, columns)
 
 
 @late_kernel
@@ -161,6 +165,33 @@ def _set_bounds(sight, corners, near, bounds):
             least_u, most_u, least_v, most_v = -np.inf, np.inf, -np.inf, np.inf
         bounds[t, 0], bounds[t, 1] = least_u, most_u
         bounds[t, 2], bounds[t, 3] = least_v, most_v
+
+
+@late_kernel
+def _set_planes(sight, corners, planes):
+    """
+    Write what tells where a line of sight through (x, y) [pixel from the centre] meets triangles.
+
+    Each of the four is linear: p[0] x + p[1] y + p[2]. The first three are determinants of the
+    line's direction and two vertices, of one sign where it passes within all edges; in their
+    proportions it meets the plane between the three vertices. The fourth is their sum, each times
+    its vertex's depth: over their sum it is the depth there.
+    """
+    points = sight.view_space
+    for t in range(corners.shape[0]):
+        for k in range(3):
+            b, c = corners[t, (k + 1) % 3], corners[t, (k + 2) % 3]
+            bx, by, bz = points[b, 0], points[b, 1], points[b, 2]
+            cx, cy, cz = points[c, 0], points[c, 1], points[c, 2]
+            if not sight.is_perspective:  # all lines are parallel to the axis
+                bz = cz = 1.0
+            planes[t, k, 0] = by * cz - bz * cy
+            planes[t, k, 1] = bz * cx - bx * cz
+            planes[t, k, 2] = bx * cy - by * cx
+        for axis in range(3):
+            planes[t, 3, axis] = (planes[t, 0, axis] * points[corners[t, 0], 2]
+                                  + planes[t, 1, axis] * points[corners[t, 1], 2]
+                                  + planes[t, 2, axis] * points[corners[t, 2], 2])
 
 
 @late_inner_kernel
@@ -221,7 +252,7 @@ def _follow(seen, now, then, bins, image, found):
                 continue
             found.is_hidden[row, column] = not (
                 z > near and -0.5 <= then_u < width - 0.5 and -0.5 <= then_v < height - 0.5
-            ) or _is_covered(then, corners, bins, t, (then_u, then_v, z - NEARER * abs(z)), near)
+            ) or _is_covered(then, bins, t, (then_u, then_v, z - NEARER * abs(z)), near)
 
 
 @late_inner_kernel
@@ -233,7 +264,7 @@ def _depth(sight, corners, t, of_vertices):
 
 
 @late_inner_kernel
-def _is_covered(sight, corners, bins, own, point, near):
+def _is_covered(sight, bins, own, point, near):
     """Return whether another triangle than `own` stands before a point (u, v, depth)."""
     u, v, depth = point
     tile = int(v + 0.5) // TILE * bins.columns + int(u + 0.5) // TILE
@@ -241,36 +272,13 @@ def _is_covered(sight, corners, bins, own, point, near):
         t = bins.members[k]
         if (t != own and bins.bounds[t, 0] <= u <= bins.bounds[t, 1]
                 and bins.bounds[t, 2] <= v <= bins.bounds[t, 3]):
-            z = _depth_at(sight, corners, t, u - sight.centre_u, v - sight.centre_v)
-            if near < z < depth:
-                return True
+            x, y, plane = u - sight.centre_u, v - sight.centre_v, bins.planes[t]
+            of_a = plane[0, 0] * x + plane[0, 1] * y + plane[0, 2]
+            of_b = plane[1, 0] * x + plane[1, 1] * y + plane[1, 2]
+            of_c = plane[2, 0] * x + plane[2, 1] * y + plane[2, 2]
+            if ((of_a >= 0.0 and of_b >= 0.0 and of_c >= 0.0)
+                    or (of_a <= 0.0 and of_b <= 0.0 and of_c <= 0.0)):
+                z = (plane[3, 0] * x + plane[3, 1] * y + plane[3, 2]) / (of_a + of_b + of_c)
+                if near < z < depth:
+                    return True
     return False
-
-
-@late_kernel
-def _depth_at(sight, corners, t, x, y):
-    """
-    Return how deep the line of sight through (x, y) [pixel from the centre] meets a triangle.
-
-    nan where it does not. The line's parts by which it passes the edges are determinants of its
-    direction and two vertices: of one sign where it passes within.
-    """
-    points = sight.view_space
-    a, b, c = corners[t, 0], corners[t, 1], corners[t, 2]
-    ax, ay, az = points[a, 0], points[a, 1], points[a, 2]
-    bx, by, bz = points[b, 0], points[b, 1], points[b, 2]
-    cx, cy, cz = points[c, 0], points[c, 1], points[c, 2]
-    if sight.is_perspective:
-        of_a = x * (by * cz - bz * cy) - y * (bx * cz - bz * cx) + (bx * cy - by * cx)
-        of_b = x * (cy * az - cz * ay) - y * (cx * az - cz * ax) + (cx * ay - cy * ax)
-        of_c = x * (ay * bz - az * by) - y * (ax * bz - az * bx) + (ax * by - ay * bx)
-    else:
-        of_a = (bx - x) * (cy - y) - (by - y) * (cx - x)
-        of_b = (cx - x) * (ay - y) - (cy - y) * (ax - x)
-        of_c = (ax - x) * (by - y) - (ay - y) * (bx - x)
-    total = of_a + of_b + of_c
-    is_within = ((of_a >= 0.0 and of_b >= 0.0 and of_c >= 0.0)
-                 or (of_a <= 0.0 and of_b <= 0.0 and of_c <= 0.0))
-    if not is_within or total == 0.0:
-        return np.nan
-    return (of_a * az + of_b * bz + of_c * cz) / total

@@ -23,13 +23,14 @@ from flag_sim.declarations.physics import check_method, PHYSICS
 from flag_sim.declarations.scene import check_scene
 from flag_sim.parameters import checks
 from flag_sim.protocol.frames import FrameId
-from flag_sim.ros import serialized
+from flag_sim.protocol.stamp_buffer import StampBuffer
+from flag_sim.ros import messages, serialized
 from flag_sim.ros.compiling import compiling
 from flag_sim.ros.diagnostics import ERROR, WARN
 from flag_sim.ros.frame_node import FrameNode
 from flag_sim.ros.kernel_switch import KernelSwitch
 from flag_sim.ros.lifecycle import run
-from flag_sim.ros.topics import publish
+from flag_sim.ros.topics import DEPTH, publish
 import numpy as np
 
 
@@ -55,6 +56,8 @@ class Physics(FrameNode):
             CLOTH_KERNELS.warm_up(self.values)
         self._kernels = KernelSwitch(self, CLOTH_KERNELS, self.values, self._server.serve)
         self._vertices_out = publish(self, 'vertices')
+        self._load_out = publish(self, 'pole_load')
+        self._loads = StampBuffer(DEPTH)  # messages on pole_load
         self.get_logger().info(
             f'{self.values["grid.columns"]} x {self.values["grid.rows"]} nodes, '
             'waiting for frames')
@@ -73,6 +76,7 @@ class Physics(FrameNode):
         del frame
         self._kernels.restart()
         self._cloth.restart()
+        self._loads.keep(())
 
     @property
     def is_compiling(self) -> bool:
@@ -100,6 +104,9 @@ class Physics(FrameNode):
                            f'{values["max_gap"]:g} s: it is not simulated; '
                            f'{self._cause_of_gap(self._cloth.gap)}')
         self._busy = time.monotonic() - begin
+        if self._load_out.get_subscription_count():
+            self._loads.put(frame.stamp, messages.wrench_message(
+                frame.stamp, *self._cloth.pole_load(wind)))
         positions = self._cloth.positions
         points = np.concatenate([positions, self._cloth.normals()], axis=2, dtype=np.float32)
         return serialized.cloud(*positions.shape[:2]).at(frame.stamp, points)
@@ -127,9 +134,10 @@ class Physics(FrameNode):
         return level, message, self._cloth.figures()
 
     def answer(self, stamp: int, answer: bytes) -> None:
-        """Publish the frame's vertices."""
-        del stamp
+        """Publish the frame's vertices and, for who has listened, the load on its pole."""
         with self._stopwatch.measure('publish'):
+            if stamp in self._loads:
+                self._load_out.publish(self._loads[stamp])
             self._vertices_out.publish(answer)
 
     def close(self) -> None:

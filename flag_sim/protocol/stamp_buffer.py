@@ -40,6 +40,10 @@ class StampBuffer(Generic[Value]):
         """Yield the stamps in their order."""
         return iter(sorted(self._values))
 
+    def __getitem__(self, stamp: int) -> Value:
+        """Return the value of a stamp, which stays."""
+        return self._values[stamp]
+
     def put(self, stamp: int, value: Value) -> None:
         """Keep a value; an older one of the same stamp is replaced."""
         self._values.pop(stamp, None)

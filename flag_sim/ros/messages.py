@@ -21,6 +21,7 @@ import array
 from typing import TYPE_CHECKING
 
 from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Vector3, Wrench, WrenchStamped
 import numpy as np
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 from std_msgs.msg import Header
@@ -136,6 +137,12 @@ def _read_fields(message, fields, names):
         raise ValueError(f"field '{names[axis]}' of point ({row}, {column}) is "
                          f'{values[row, column, axis]}')
     return values
+
+
+def wrench_message(stamp: int, force: np.ndarray, moment: np.ndarray) -> WrenchStamped:
+    """Return a force [N] and a moment [N m], (3,) each along the axes of `world`."""
+    force, moment = (Vector3(**dict(zip('xyz', map(float, one)))) for one in (force, moment))
+    return WrenchStamped(header=header(stamp, WORLD), wrench=Wrench(force=force, torque=moment))
 
 
 def image_message(stamp: int, pixels: np.ndarray, frame_id: str = OPTICAL) -> Image:

@@ -21,7 +21,7 @@ from flag_sim.ros.guard import GuardedPublisher
 from flag_sim.ros.incompatible import publisher_events, subscription_events, UNKNOWN
 from flag_sim.ros.parameter_node import BadParameter
 from flag_sim.ros.qos_overrides import check_overrides
-from geometry_msgs.msg import PoseStamped, Vector3Stamped
+from geometry_msgs.msg import PoseStamped, Vector3Stamped, WrenchStamped
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
@@ -57,6 +57,7 @@ TOPICS = {
     'wind': Topic(Vector3Stamped, True),
     '/clock': Topic(Clock, False),
     'vertices': Topic(PointCloud2, True),
+    'pole_load': Topic(WrenchStamped, True),
     'camera/image_raw': Topic(Image, True),
     'camera/camera_info': Topic(CameraInfo, True),
     'camera/image_raw/compressed': Topic(CompressedImage, True),

@@ -49,6 +49,11 @@ TOPICS = {'camera/image_raw': 'colour', 'camera/depth/image_raw': 'depth',
           'camera/flow/image_raw': 'backward_flow', 'vertices': 'vertices'}
 
 
+def six(wrench):
+    """Return the numbers of a Wrench."""
+    return [getattr(one, axis) for one in (wrench.force, wrench.torque) for axis in 'xyz']
+
+
 @pytest.fixture
 def made(tmp_path):
     """Return a function that makes one clip of a recipe and returns its row."""
@@ -67,7 +72,8 @@ def test_a_clip_is_what_the_nodes_film(tmp_path):
     found = read_recipe(tmp_path / 'mine.yaml')
     shot = tmp_path / 'shot.yaml'
     shot.write_text(yaml.safe_dump(found.draw(0).params_file(found.frames, found.rate)))
-    filmed = list(play(tmp_path / 'film', found.frames, [*TOPICS, 'camera/pose'], shot))
+    topics = [*TOPICS, 'camera/pose', 'pole_load']
+    filmed = list(play(tmp_path / 'film', found.frames, topics, shot))
     clip = Clips(tmp_path / 'set')[0]
     assert len(filmed) == found.frames and clip.number == 0
     for k, frame in enumerate(filmed):
@@ -77,6 +83,7 @@ def test_a_clip_is_what_the_nodes_film(tmp_path):
         pose = clip['camera_pose'][k]
         position = frame['camera/pose'].pose.position
         assert np.allclose(-pose[:3, :3].T @ pose[:3, 3], [position.x, position.y, position.z])
+        assert np.array_equal(clip['pole_load'][k], six(frame['pole_load'].wrench))
         assert abs(clip['time'][k] - frame['stamp']) < 1e-9
     assert np.isnan(clip['backward_flow'][0]).all() and np.isnan(clip['forward_flow'][-1]).all()
     assert np.nanmax(np.abs(clip['forward_flow'][0])) > 0.1
@@ -85,7 +92,7 @@ def test_a_clip_is_what_the_nodes_film(tmp_path):
 def test_forward_flow_is_the_next_backward_flow_seen_from_here(made):
     """Where a pixel's point is seen in both frames, one leads there and the other back."""
     found = recipe(channels=['labels', 'backward_flow', 'forward_flow'], more=MOVING)
-    kept = [(view.frame.labels.copy(), view.frame.flow.copy(), view.forward.flow,
+    kept = [(view.frame.labels.copy(), view.backward.flow, view.forward.flow,
              view.forward.is_hidden) for view in views(found, found.draw(1))]
     (labels, _, forward, hidden), (_, back, _, _) = kept[1:3]
     rows, columns = np.nonzero((labels == 1) & ~hidden)

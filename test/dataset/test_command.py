@@ -81,6 +81,22 @@ def test_shards_make_all_clips_once(run):
     assert [clip.number for clip in Clips(run.folder)] == [0, 1, 2, 3, 4]
 
 
+def test_a_set_may_be_planned_far_larger_than_it_is(run, monkeypatch):
+    """Of a thousand million clips those are looked at that are there; so is what is lacking."""
+    run()
+    engine = importlib.import_module('flag_sim.dataset.engine')
+    asked = []
+
+    def alone(job, numbers):
+        asked.append(next(iter(numbers)))
+        raise KeyboardInterrupt
+    monkeypatch.setattr(engine, 'alone', alone)
+    status, said = run('--clips', '1000000000')
+    assert status == 130 and '3 of 1000000000 clips are there' in said and asked == [3]
+    assert '999999997 are not there' in said and len(Clips(run.folder)) == 3
+    assert run('--clips', '1000000000', '--verify')[0] == 1
+
+
 def test_verify_finds_what_is_not_as_it_was_written(run):
     run()
     assert run('--verify')[0] == 0

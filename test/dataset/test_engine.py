@@ -13,27 +13,31 @@
 # limitations under the License.
 
 """Workers: one that is killed loses no clip, and the clips are those of one process alone."""
-import functools
+import asyncio
 import os
 import signal
 
 from flag_sim.dataset import Clips, engine
 from flag_sim.dataset.__main__ import main
+from flag_sim.dataset.clip import versions
 from flag_sim.dataset.recipe import recipe_of
 from flag_sim.dataset.store import Store, StoreError
 import pytest
 from support.recipes import text
-from support.soak import is_soak
+from support.soak import SOAK
+from support.tasks import fail
 
-CLIPS, KILLS = (100, 10) if is_soak() else (10, 2)
-LONG = text({'frames: 4': 'frames: 200'})
+CLIPS, KILLS = (100, 10) if SOAK else (6, 1)
+LONG = text({'frames: 4': f'frames: {200 if SOAK else 50}'})
 
 
 @pytest.fixture(scope='module')
 def client():
-    """Return a client of two workers."""
-    with engine.cluster(None, workers=2) as client:
-        yield client
+    """Return a client of two workers; a task whose worker died comes back at once."""
+    import dask
+    with dask.config.set({'distributed.scheduler.allowed-failures': 0}):
+        with engine.cluster(None, workers=2) as client:
+            yield client
 
 
 @pytest.fixture
@@ -64,17 +68,6 @@ def test_killed_workers_lose_no_clip(client, job, tmp_path):
     assert digests(rows) == digests(others) and len(digests(rows)) == CLIPS
 
 
-def fail(number):
-    """Be a task whose number says what becomes of it."""
-    if number == 1:
-        os.kill(os.getpid(), signal.SIGKILL)
-    if number == 2:
-        raise ZeroDivisionError('a fault')
-    if number == 3:
-        raise OSError(28, 'No space left on device')
-    return {'number': number}
-
-
 def test_what_no_worker_can_make_is_listed(client, monkeypatch):
     """One that kills its workers, and one with a fault; a full disk ends the run."""
     monkeypatch.setattr(engine, 'DEATHS', 1)
@@ -83,11 +76,20 @@ def test_what_no_worker_can_make_is_listed(client, monkeypatch):
     def broken(number, reason):
         return {'number': number, 'reason': reason}
     rows = {row['number']: row.get('reason') for row in engine.spread(
-        client, functools.partial(fail), [0, 1, 2, 4], broken)}
+        client, fail, [0, 1, 2, 4], broken)}
     assert rows == {0: None, 1: 'its workers died again and again',
                     2: 'ZeroDivisionError: a fault', 4: None}
     with pytest.raises(OSError, match='No space'):
         list(engine.spread(client, fail, [0, 3], broken))
+
+
+def test_a_lost_scheduler_ends_the_run(client, monkeypatch):
+    """Its clips are cancelled then."""
+    def lost(future):
+        raise asyncio.CancelledError
+    monkeypatch.setattr('distributed.Future.exception', lost)
+    with pytest.raises(StoreError, match='the scheduler is gone'):
+        list(engine.spread(client, abs, [0], None))
 
 
 def test_the_command_uses_a_cluster_that_is_there(client, tmp_path, capsys):
@@ -98,7 +100,15 @@ def test_the_command_uses_a_cluster_that_is_there(client, tmp_path, capsys):
     assert len(Clips(tmp_path / 'set')) == 3
 
 
-def test_no_scheduler_is_said_to_be_none(tmp_path, capsys, monkeypatch):
+def test_workers_that_cannot_make_clips_are_told_of_at_once(client, tmp_path):
+    """They have another flag_sim, or do not see the folder: they would wait or fail for ever."""
+    for folder, version, words in ((tmp_path, versions()['flag_sim'], 'see .*: name a folder'),
+                                   (tmp_path, '0.0.1', 'version 0.0.1')):
+        with pytest.raises(StoreError, match=words):
+            engine.check_workers(client, folder, version)
+
+
+def test_no_scheduler_is_said_to_be_none():
     with pytest.raises(StoreError, match='no scheduler at nothing://here'):
         with engine.cluster('nothing://here'):
             pass
@@ -107,8 +117,8 @@ def test_no_scheduler_is_said_to_be_none(tmp_path, capsys, monkeypatch):
 def test_what_clips_need_is_compiled_before_workers_begin(monkeypatch):
     """Two frames of a clip, with every channel; one that cannot be made is no matter."""
     made = []
-    monkeypatch.setattr(engine, 'arrays_of', lambda view, names: made.append(names))
+    monkeypatch.setattr(engine, 'arrays_of', lambda view, names: made.append(names) or {})
     engine.warm_up(recipe_of(text()))
     assert made == [('vertices', 'wind')] * 2
     engine.warm_up(recipe_of(text(more='  physics.max_gap: 0.0\n')))
-    assert len(made) == 3
+    assert len(made) == 2

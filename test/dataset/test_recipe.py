@@ -184,7 +184,8 @@ def test_bad_splits_and_tracks_are_refused(words, more):
 
 @pytest.mark.parametrize('content', [
     '', '# nothing', '[1, 2]', 'text', 'a: [', 'a: b: c', '\t', '1: 2', '? [1]\n: 2',
-    '!!python/x y', '[' * 5000, 'a: ' + '[' * 40 + ']' * 40, 'seed: 7', 'seed: 7\nclips: 1\nframes: 1',
+    '!!python/x y', '[' * 5000, 'a: ' + '[' * 40 + ']' * 40, 'seed: 7',
+    'seed: 7\nclips: 1\nframes: 1',
     '\0', 'seed: !!int x', '- ' * 3000])
 def test_what_is_no_recipe_is_refused(content):
     with pytest.raises(MarkedError):

@@ -24,9 +24,12 @@ import pytest
 import yaml
 
 CONFIG = Path(__file__).resolve().parents[2] / 'config'
+RECIPES = ('flag_wind.yaml',)
+"""What is no params file, but a dataset's recipe; test/dataset reads it."""
+FILES = sorted(path for path in CONFIG.glob('*.yaml') if path.name not in RECIPES)
 
 
-@pytest.mark.parametrize('path', sorted(CONFIG.glob('*.yaml')), ids=lambda path: path.name)
+@pytest.mark.parametrize('path', FILES, ids=lambda path: path.name)
 def test_params_files_name_real_parameters(path):
     """Every value is one that its node accepts, in whatever namespace it is."""
     contents = {key.removeprefix('/**').removeprefix('/'): content['ros__parameters']

@@ -28,7 +28,7 @@ from support.study import SMALL
 BENCHMARKS = Path(__file__).resolve().parents[1] / 'benchmark'
 # What makes each as short as it can be; tuning is short by what the test makes small in it.
 SHORT = {'animation': ['--quick'], 'cloth': ['--rounds', '1'],
-         'compiling': ['--what', 'normals'], 'drawing': ['--rounds', '1'],
+         'compiling': ['--what', 'normals'], 'dataset': ['--quick'], 'drawing': ['--rounds', '1'],
          'frame_time': ['--frames', '20', '--runs', '1'], 'growth': ['--quick'],
          'pipeline': ['--quick'], 'roofline': ['--seconds', '0.02']}
 LONG = {'cloth', 'frame_time', 'pipeline'}

@@ -32,6 +32,9 @@ NOT_RUN = {
     "pip install '.[ros,record,pictures,viewer]'": SETS_UP,
     "pip install '.[viewer]'": SETS_UP,
     "pip install '.[study]'": SETS_UP,
+    "pip install '.[ros,dataset]'": SETS_UP,
+    'ros2 run flag_sim dataset config/flag_wind.yaml --output flags --clips 20':
+        'takes minutes; test/dataset runs the command, and reads this recipe',
     'export AMENT_PREFIX_PATH=$VIRTUAL_ENV': 'test_package looks for what ros2 would find there',
     'ros2 bag reindex my_bag': OTHERS,
     'ros2 security create_keystore keys': OTHERS,

@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """Kernels that many tests use, compiled before several workers would each compile them."""
+from pathlib import Path
 import subprocess
 import sys
 
@@ -32,15 +33,24 @@ for style in Style(samples=4), Style(outline=True):
     Picture().draw(flag, camera=Camera(64, 48), style=style, channels=['depth'])
 """
 
+DATASET = f"""
+import sys
+sys.path.insert(0, {str(Path(__file__).resolve().parents[1])!r})
+from flag_sim.dataset.channels import CHANNELS
+from flag_sim.dataset.engine import warm_up
+from support.recipes import recipe
+warm_up(recipe(channels=CHANNELS))
+"""
+
 
 def compile_kernels():
     """
-    Compile every solver in both precisions, and drawing, in processes side by side.
+    Compile every solver in both precisions, drawing and datasets, in processes side by side.
 
     What is kept already is only loaded. A kernel that does not compile fails the tests that use
     it, not this.
     """
-    programs = [MOVE.format(precision='float64'), MOVE.format(precision='float32'), DRAW]
+    programs = [MOVE.format(precision='float64'), MOVE.format(precision='float32'), DRAW, DATASET]
     processes = [subprocess.Popen([sys.executable, '-c', program],
                                   stderr=subprocess.DEVNULL)
                  for program in programs]
