@@ -54,7 +54,8 @@ class Amount(NamedTuple):
     real_time: tuple = REAL_TIME
 
 
-QUICK = Amount(20, 1, 0.2, 10, 90, REAL_TIME[:1])  # shows that all of it runs; its figures mean nothing
+# Shows that all of it runs; its figures mean nothing.
+QUICK = Amount(20, 1, 0.2, 10, 90, REAL_TIME[:1])
 
 
 def memory(process):
@@ -195,7 +196,8 @@ def main():
     with tempfile.TemporaryDirectory(prefix='flag_sim-bench-') as folder:
         # It also compiles the kernels where they are not cached yet.
         jitter = beat(amount.beats, Path(folder))
-        real = [recorded_in_real_time(*case, amount.beats, Path(folder)) for case in amount.real_time]
+        real = [recorded_in_real_time(*case, amount.beats, Path(folder))
+                for case in amount.real_time]
     runs = [measure(amount) for _ in range(amount.runs)]
     result = median_of(runs)
     result['spread_frames_per_second'] = [round(one['frames_per_second'], 1) for one in runs]
