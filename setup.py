@@ -116,8 +116,8 @@ setup(
         # The lower bounds leave out CVE-2024-28219 and CVE-2024-34062.
         'pictures': ['av>=12,<19', 'pillow>=10.3,<14', 'tqdm>=4.66.3,<5'],
         'study': ['matplotlib>=3.6,<4', 'pyyaml>=6.0.1,<7'],
-        'dataset': ['distributed>=2024.8,<2027', 'pyarrow>=15,<27', 'pyyaml>=6.0.1,<7',
-                    'tqdm>=4.66.3,<5'],
+        'dataset': ['distributed>=2024.8,<2027', 'isal>=1.7,<2', 'pyarrow>=15,<27',
+                    'pyyaml>=6.0.1,<7', 'tqdm>=4.66.3,<5'],
         # The window; qtpy takes PyQt5 as well, which ROS installations have. With Python before
         # 3.12, PySide6 6.12 drops a reference to None with every call, until Python ends.
         'viewer': ['qtpy>=2.4,<3', 'PySide6-Essentials>=6.6,<6.12', 'pyyaml>=6.0.1,<7'],

@@ -31,7 +31,7 @@ The modules, in the order in which a clip passes them:
 - shot: the frames of a clip, as the nodes make them
 - channels: what a clip holds of each frame
 - clip: one clip, from its recipe to its file
-- npz, deflated, bag: the files
+- npz, bag: the files
 - store: the folder, whole clips alone
 - manifest: the table of all clips
 - engine: the processes that make clips

@@ -16,76 +16,56 @@
 A clip as a file .npz, written frame by frame: no more than a part of it is in memory.
 
 An .npz is a ZIP of .npy files, one an array. Its arrays grow side by side here, each in a
-temporary file once it is large, and are put together at the end. Images are deflated (see
-deflated), all else is stored. The same arrays are the same bytes.
+temporary file once it is large, and are put together at the end. All are compressed by ISA-L, which
+takes a tenth of the time of zlib for as few bytes, and which every zlib reads.
 """
 from collections.abc import Mapping
 import contextlib
 import hashlib
 import io
 from pathlib import Path
-import struct
+import shutil
 import tempfile
+import zipfile
 import zlib
 
-from flag_sim.dataset.deflated import deflated, END, stored
+from isal import isal_zlib
 import numpy as np
 
 IN_MEMORY = 32 << 20
 """Bytes of one array that are kept in memory."""
-COPIED = 1 << 20
-"""Bytes that are copied at a time."""
-SMALLEST_IMAGE = 256
-"""Pixels of what is deflated."""
-MOST_CHANNELS = 4
-STORED, DEFLATED = 0, 8
-# Records of the ZIP format (PKWARE, APPNOTE.TXT), all with 64-bit sizes (4.5.3).
-LOCAL = struct.Struct('<4s5HL2L2H')
-CENTRAL = struct.Struct('<4s6H3L5H2L')
-SIZES = struct.Struct('<2H2Q')
-SIZES_AND_PLACE = struct.Struct('<2H3Q')
-END_64 = struct.Struct('<4sQ2H2L4Q')
-LOCATOR = struct.Struct('<4sLQL')
-END_RECORD = struct.Struct('<4s4H2LH')
-VERSION, MIDNIGHT_1980 = 45, (0, 33)
-IN_64 = 0xFFFFFFFF
+LEVEL = 1  # of ISA-L's 0 to 3
+RAW_DEFLATE = -15  # as it stands in a ZIP
 
 
 class Growing:
     """One array of a clip that grows frame by frame; frames: how many there will be."""
 
     def __init__(self, first: np.ndarray, frames: int, folder: Path):
-        channels = first.shape[2] if first.ndim == 3 else 1
-        self._is_image = (first.ndim in (2, 3) and channels <= MOST_CHANNELS
-                          and first.size >= SMALLEST_IMAGE * channels)
         self._kind = first.dtype, first.shape
-        self.method = DEFLATED if self._is_image else STORED
+        self._deflate = isal_zlib.compressobj(LEVEL, zlib.DEFLATED, RAW_DEFLATE)
         self.file = tempfile.SpooledTemporaryFile(IN_MEMORY, dir=folder)
         header = io.BytesIO()
         np.lib.format.write_array_header_1_0(header, {
             'descr': np.lib.format.dtype_to_descr(first.dtype), 'fortran_order': False,
             'shape': (frames, *first.shape)})
-        self.size = self.packed = self.crc = 0
-        self._write(header.getvalue(), stored(header.getvalue()))
+        self.size = self.crc = 0
+        self._write(header.getvalue())
 
     def append(self, part: np.ndarray) -> None:
         """Add a frame; raise ValueError for another shape or type, OSError on a full disk."""
         if (part.dtype, part.shape) != self._kind:
             raise ValueError(f'a frame of {part.dtype} {part.shape} among {self._kind}')
-        data = np.ascontiguousarray(part).reshape(-1).view(np.uint8).data
-        self._write(data, deflated(part) if self._is_image else data)
+        self._write(np.ascontiguousarray(part).reshape(-1).view(np.uint8).data)
 
     def end(self) -> None:
         """Say that all frames are there."""
-        if self._is_image:
-            self._write(b'', END)
+        self.file.write(self._deflate.flush())
 
-    def _write(self, plain, packed):
-        self.size += len(plain)
-        self.crc = zlib.crc32(plain, self.crc)
-        packed = packed if self._is_image else plain
-        self.packed += len(packed)
-        self.file.write(packed)
+    def _write(self, data):
+        self.size += len(data)
+        self.crc = isal_zlib.crc32(data, self.crc)
+        self.file.write(self._deflate.compress(data))
 
 
 class NpzWriter:
@@ -111,37 +91,22 @@ class NpzWriter:
             self._arrays[name].append(part)
 
     def finish(self) -> dict[str, object]:
-        """Write the file; return its size in bytes and its SHA-256: {'bytes': , 'sha256': }."""
-        digest, place, directory = hashlib.sha256(), 0, []
-        with open(self._path, 'wb') as file:
-            def write(data):
-                nonlocal place
-                file.write(data)
-                digest.update(data)
-                place += len(data)
+        """
+        Write the file; return its size in bytes, its SHA-256, and what its arrays hold.
+
+        `content` is the SHA-256 of the arrays' names, sizes and CRC-32: the same wherever they are
+        made, while another processor may compress them to other bytes.
+        """
+        content = hashlib.sha256()
+        with open(self._path, 'wb') as file, zipfile.ZipFile(file, 'w') as bundle:
             for name, array in self._arrays.items():
                 array.end()
-                name = f'{name}.npy'.encode()
-                common = VERSION, 0, array.method, *MIDNIGHT_1980, array.crc, IN_64, IN_64
-                directory.append(CENTRAL.pack(
-                    b'PK\1\2', VERSION, *common, len(name), SIZES_AND_PLACE.size, 0, 0, 0, 0,
-                    IN_64) + name + SIZES_AND_PLACE.pack(
-                        1, SIZES_AND_PLACE.size - 4, array.size, array.packed, place))
-                write(LOCAL.pack(b'PK\3\4', *common, len(name), SIZES.size) + name
-                      + SIZES.pack(1, SIZES.size - 4, array.size, array.packed))
-                array.file.seek(0)
-                while part := array.file.read(COPIED):
-                    write(part)
-            begin, records = place, b''.join(directory)
-            count = len(directory)
-            write(records)
-            end = place
-            write(END_64.pack(b'PK\6\6', END_64.size - 12, VERSION, VERSION, 0, 0, count, count,
-                              len(records), begin))
-            write(LOCATOR.pack(b'PK\6\7', 0, end, 1))
-            write(END_RECORD.pack(b'PK\5\6', 0, 0, count, count, len(records) & IN_64,
-                                  IN_64, 0))
-        return {'bytes': place, 'sha256': digest.hexdigest()}
+                _put(bundle, file, f'{name}.npy', array)
+                content.update(f'{name} {array.size} {array.crc}\n'.encode())
+        with open(self._path, 'rb') as file:
+            digest = hashlib.file_digest(file, 'sha256').hexdigest()
+        return {'bytes': self._path.stat().st_size, 'sha256': digest,
+                'content': content.hexdigest()}
 
     def __enter__(self) -> 'NpzWriter':
         return self
@@ -149,3 +114,17 @@ class NpzWriter:
     def __exit__(self, *_):
         """Close what is open."""
         self._open.close()
+
+
+def _put(bundle, file, name, array):
+    """Put an array that is compressed already into a ZIP, which is written to a file."""
+    entry = zipfile.ZipInfo(name)
+    array.file.seek(0)
+    with bundle.open(entry, 'w', force_zip64=True) as member:
+        shutil.copyfileobj(array.file, member)
+    # zipfile takes it for stored: the entry says what it is, here and at the end of the file.
+    entry.compress_type, entry.file_size, entry.CRC = zipfile.ZIP_DEFLATED, array.size, array.crc
+    end = file.tell()
+    file.seek(entry.header_offset)
+    file.write(entry.FileHeader(zip64=True))
+    file.seek(end)

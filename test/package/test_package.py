@@ -36,7 +36,8 @@ ROOT = Path(__file__).resolve().parents[2]
 LIBRARIES = {
     'av': (None, 'av'),  # which rosdep does not know: without it no movie is written
     'PIL': ('python3-pil', 'pillow'),
-    'distributed': (None, 'distributed'),  # which rosdep does not know, as pyarrow
+    'distributed': (None, 'distributed'),  # which rosdep does not know, as isal and pyarrow
+    'isal': (None, 'isal'),
     'pyarrow': (None, 'pyarrow'),
     'catkin_pkg': ('python3-catkin-pkg-modules', 'catkin_pkg'),
     'hypothesis': ('python3-hypothesis', 'hypothesis'),
