@@ -20,7 +20,6 @@ Writing needs ROS, reading does not.
 """
 from collections.abc import Mapping
 import contextlib
-import dataclasses
 import hashlib
 import io
 from pathlib import Path
@@ -62,10 +61,7 @@ class BagWriter:
         """Add a frame: its View as messages, and what of its arrays no message says."""
         keyed = {name.removeprefix('renderer.'): value for name, value
                  in view.moment.keyed.items() if name.startswith('renderer.')}
-        frame = view.frame
-        if 'backward_flow' in arrays:  # which no renderer has drawn here
-            frame = dataclasses.replace(frame, flow=arrays['backward_flow'])
-        self._bag.write(view.moment, frame, {**self._values, **keyed})
+        self._bag.write(view.moment, view.frame, {**self._values, **keyed})
         for name, part in arrays.items():
             if name not in self._said:
                 self._beside.setdefault(name, []).append(np.copy(part))

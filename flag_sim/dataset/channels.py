@@ -95,14 +95,15 @@ CHANNELS = {
     'depth': _image('depth', 'along the optical axis [m], inf where nothing is, float32'),
     'normals': _image('normals', 'unit normals in the optical frame, of the side that is seen, '
                       '(height, width, 3) float32; 0 where nothing is'),
-    'labels': _image('labels', '0 nothing, 1 flag, 2 pole, 3 platform, uint8'),
+    'labels': _image('labels', '0 nothing, 1 flag, 2 pole, 3 platform, 4 ground, boxes from 5 '
+                     'on, uint8'),
     'texture_coordinates': _image('texture_coordinates', '(u, v) on the flag, nan elsewhere, '
                                   '(height, width, 2) float32'),
     'backward_flow': Channel(
         'where the point of the surface was in the frame before, minus where it is [pixel], '
         '(height, width, 2) float32, nan where nothing is; and whether it was hidden there, bool',
-        ('visibility',), {
-            'backward_flow': lambda view: view.backward.flow,
+        ('flow', 'visibility'), {
+            'backward_flow': lambda view: view.frame.flow,
             'backward_occlusion': lambda view: view.backward.is_hidden}),
     'forward_flow': Channel(
         'where it will be in the next frame, minus where it is; and whether it is hidden there',

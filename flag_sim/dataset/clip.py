@@ -63,7 +63,7 @@ def views(recipe: Recipe, drawn: Drawn) -> Iterator[View]:
         if moment is not None:
             frame = None if needed is None else _picture().draw_scene(
                 scene_of(moment, before), moment.look.camera, moment.look.light,
-                moment.look.style, needed)
+                moment.look.style, needed, before and before.look.camera)
             yield View(moment, before, after, frame)
         before, moment = moment, after
 

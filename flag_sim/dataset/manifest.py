@@ -23,8 +23,9 @@ from flag_sim.dataset.targets import declarations, spread
 NO_PYARROW = "a manifest needs pyarrow: pip install 'flag_sim[dataset]'"
 ROWS_A_GROUP = 1000
 COLUMNS = {'number': 'int64', 'split': 'string', 'status': 'string', 'reason': 'string',
-           'file': 'string', 'bytes': 'int64', 'sha256': 'string', 'content': 'string', 'frames': 'int64',
-           'seen_frames': 'int64', 'softened_frames': 'int64', 'rate': 'float64', 'seed': 'uint64',
+           'file': 'string', 'bytes': 'int64', 'sha256': 'string', 'content': 'string',
+           'frames': 'int64', 'seen_frames': 'int64', 'softened_frames': 'int64',
+           'rate': 'float64', 'seed': 'uint64',
            'recipe': 'string', 'seconds': 'float64', 'version.flag_sim': 'string',
            'version.numpy': 'string', 'version.numba': 'string'}
 """What the manifest says of a clip beside its parameters, and the types in Arrow."""

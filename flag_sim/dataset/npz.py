@@ -16,8 +16,8 @@
 A clip as a file .npz, written frame by frame: no more than a part of it is in memory.
 
 An .npz is a ZIP of .npy files, one an array. Its arrays grow side by side here, each in a
-temporary file once it is large, and are put together at the end. All are compressed by ISA-L, which
-takes a tenth of the time of zlib for as few bytes, and which every zlib reads.
+temporary file once it is large, and are put together at the end. All are compressed by ISA-L,
+which takes a tenth of the time of zlib for as few bytes, and every zlib reads them.
 """
 from collections.abc import Mapping
 import contextlib

@@ -86,8 +86,10 @@ def motion(visibility: Visibility, objects: Iterable[Object], camera: Camera,
     bins = _binned(then, visibility.corners, other)
     shape = visibility.triangles.shape
     found = Motion(np.full((*shape, 2), np.nan, np.float32), np.zeros(shape, np.bool_))
-    _follow((visibility.triangles, visibility.weights, visibility.corners), now, then, bins,
-            (float(other.width), float(other.height), other.near), found)
+    planes = np.empty((len(visibility.corners), 4, 3))
+    _set_planes(now, visibility.corners, planes)
+    _follow((visibility.triangles, visibility.weights, visibility.corners), (now, planes), then,
+            bins, (float(other.width), float(other.height), other.near), found)
     return found
 
 
@@ -229,30 +231,46 @@ def _sort_in(bounds, columns, rows, places, members):
 
 
 @late_kernel
-def _follow(seen, now, then, bins, image, found):
+def _follow(seen, here, then, bins, image, found):
     """
     Write the Motion where something is.
 
-    image: width and height [pixel] and near plane [m] of the other frame.
+    seen: triangles, weights and corners of a Visibility; here: the Sight of the frame, and the
+    planes of its triangles; image: width and height [pixel] and near plane [m] of the other frame.
     """
     triangles, weights, corners = seen
+    now, planes = here
     width, height, near = image
     for row in range(triangles.shape[0]):
         for column in range(triangles.shape[1]):
             t = triangles[row, column]
             if t < 0:
                 continue
+            # The flow is that of where the centre's line of sight meets the triangle's plane. What
+            # is drawn was snapped to parts of a pixel, so that may be a little outside of it.
+            at = _weights_at(planes[t], column - now.centre_u, row - now.centre_v)
+            then_u, then_v = _on_screen(then, corners, t, at)
+            found.flow[row, column, 0] = then_u - column
+            found.flow[row, column, 1] = then_v - row
+            # And hidden is what is nearest to that on the triangle.
             of_vertices = weights_of(weights, row, column)
-            u, v = _on_screen(now, corners, t, of_vertices)
             then_u, then_v = _on_screen(then, corners, t, of_vertices)
-            found.flow[row, column, 0] = then_u - u
-            found.flow[row, column, 1] = then_v - v
             z = _depth(then, corners, t, of_vertices)
             if not z == z:  # the place in the other frame is not known
                 continue
             found.is_hidden[row, column] = not (
                 z > near and -0.5 <= then_u < width - 0.5 and -0.5 <= then_v < height - 0.5
             ) or _is_covered(then, bins, t, (then_u, then_v, z - NEARER * abs(z)), near)
+
+
+@late_inner_kernel
+def _weights_at(plane, x, y):
+    """Return the weights of a triangle's vertices where a line of sight meets its plane."""
+    of_a = plane[0, 0] * x + plane[0, 1] * y + plane[0, 2]
+    of_b = plane[1, 0] * x + plane[1, 1] * y + plane[1, 2]
+    of_c = plane[2, 0] * x + plane[2, 1] * y + plane[2, 2]
+    total = of_a + of_b + of_c
+    return of_a / total, of_b / total, of_c / total
 
 
 @late_inner_kernel

@@ -104,7 +104,8 @@ class Physics(FrameNode):
                            f'{values["max_gap"]:g} s: it is not simulated; '
                            f'{self._cause_of_gap(self._cloth.gap)}')
         self._busy = time.monotonic() - begin
-        if self._load_out.get_subscription_count():
+        # There is none where a signal has ended the context.
+        if self.context.ok() and self._load_out.get_subscription_count():
             self._loads.put(frame.stamp, messages.wrench_message(
                 frame.stamp, *self._cloth.pole_load(wind)))
         positions = self._cloth.positions

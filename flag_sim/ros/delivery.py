@@ -27,8 +27,8 @@ from rclpy.validate_node_name import validate_node_name
 
 WARNING_PERIOD = 5.0
 """How often a warning of the same frame is repeated [s]."""
-WITHOUT_FRAME_DONE = ('wind', 'physics', 'player')
-"""Nodes that send or pass on frames: none of them publishes `frame_done`."""
+WITHOUT_FRAME_DONE = ('wind', 'physics', 'player', 'viewer')
+"""Nodes that send frames, pass them on or look at them: none publishes `frame_done`."""
 
 
 def check_delivery(values: Mapping) -> None:

@@ -157,7 +157,7 @@ def limits(lanes, seconds):
 @shared_kernel(cache=False)
 def _quadratic(nodes, wind, dt, weights, faces, band):
     """Do as set_face_forces, but for one law of drag alone: the loop has no branches then."""
-    one = Wind(wind.velocity, wind.drag, wind.drag_rate, QUADRATIC, 1)
+    one = Wind(wind.velocity, wind.drag, wind.drag_rate, QUADRATIC, 1, wind.spin)
     set_face_forces(nodes, one, dt, weights, faces, band)
 
 
@@ -186,7 +186,7 @@ def loops():
     state.place(mesh.rest((0.0, 0.0, 9.0)))
     coefficients = model.coefficients(Forcing((6.0, 2.0, 0.0)), 1)
     band, dt, weights = mesh.band(), mesh.number(1e-6), mesh.weights
-    factors = StepFactors(dt, mesh.number(1.0), mesh.number(9.81))
+    factors = StepFactors(dt, mesh.number(1.0), coefficients.gravity)
     nodes, out = state.nodes, spare.nodes
     # Numbers of a node: position, velocity, shares of springs, tensions; faces; masses.
     return (

@@ -117,7 +117,7 @@ def test_a_clip_that_cannot_be_made_says_why(made, reason, channels, more):
 
 
 def test_a_clip_that_diverges_says_where(made, monkeypatch):
-    def advance(cloth, dt, wind):
+    def advance(cloth, dt, wind, pose=None):
         raise Diverged('the cloth is beyond all bounds')
     monkeypatch.setattr(Cloth, 'advance', advance)
     row = made(recipe())

@@ -61,6 +61,20 @@ def points_of(frame, vertices):
     return rows, columns, np.einsum('nk,nkx->nx', weights, vertices[corners])
 
 
+def points_at_centres(frame, vertices, camera, moved):
+    """Return rows, columns, and where the points that pixels' very centres see have moved."""
+    rows, columns = np.nonzero(frame.visibility.triangles >= 0)
+    corners = frame.visibility.corners[frame.visibility.triangles[rows, columns]]
+    u, v, z = projected(vertices, camera).T
+    # Points on the line of sight: their weighted distances from it [pixel times depth] vanish.
+    depths = z[corners] if camera.is_perspective else np.ones(corners.shape)
+    equations = np.stack([(u[corners] - columns[:, None]) * depths,
+                          (v[corners] - rows[:, None]) * depths, np.ones(corners.shape)], axis=1)
+    weights = np.linalg.solve(equations, np.broadcast_to([[0.0], [0.0], [1.0]],
+                                                         (len(rows), 3, 1)))[..., 0]
+    return rows, columns, np.einsum('nk,nkx->nx', weights, moved[corners])
+
+
 @pytest.mark.parametrize('projection', ['perspective', 'orthographic'])
 @pytest.mark.parametrize('is_forward', [False, True])
 def test_flow_leads_to_the_same_material_point(frames, projection, is_forward):
@@ -69,12 +83,13 @@ def test_flow_leads_to_the_same_material_point(frames, projection, is_forward):
     (here, there), (camera, other) = ((frames, cameras) if is_forward else
                                       (frames[::-1], cameras[::-1]))
     frame, objects, found = seen(here, there, camera, other)
-    before = np.concatenate([one.before for one in objects])
-    rows, columns, points = points_of(frame, before)
+    vertices, before = (np.concatenate([getattr(one, name) for one in objects])
+                        for name in ('vertices', 'before'))
+    rows, columns, points = points_at_centres(frame, vertices, camera, before)
     u, v, _ = projected(points, other).T
     off = np.stack([columns, rows], axis=1) + found.flow[rows, columns] - np.stack([u, v], axis=1)
     assert len(rows) > 3000 and np.abs(off).max() < 0.01
-    assert np.array_equal(found.flow, frame.flow, equal_nan=True)
+    np.testing.assert_allclose(found.flow, frame.flow, atol=1e-3)
     assert np.isnan(found.flow[frame.labels == 0]).all()
 
 

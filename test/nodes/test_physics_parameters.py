@@ -35,6 +35,9 @@ UNKNOWN = st.text('abcdefghijklmnopqrstuvwxyz._', min_size=1, max_size=12).filte
 
 def right(declaration):
     """Draw values that a parameter takes, its ends and whole numbers for numbers among them."""
+    if declaration.is_list:
+        one = st.floats(declaration.low, declaration.high)
+        return st.lists(one, min_size=declaration.length, max_size=declaration.length)
     if declaration.choices:
         return st.sampled_from(declaration.choices)
     if isinstance(declaration.default, bool):
@@ -54,6 +57,9 @@ def accepts(name, value):
     declaration = DECLARATIONS.get(name)
     if declaration is None or declaration.fixed:
         return False
+    if declaration.is_list:
+        return (isinstance(value, list) and len(value) == declaration.length
+                and all(declaration.low <= one <= declaration.high for one in value))
     if declaration.choices:
         return isinstance(value, str) and value in declaration.choices
     if isinstance(declaration.default, bool):
@@ -107,8 +113,15 @@ def assert_set(bench, values):
         before.update(values)
     else:
         assert result.reason
-    assert node.values == before
-    assert {name: node.get_parameter(name).value for name in DECLARATIONS} == before
+    before = plain(before)
+    assert plain(node.values) == before
+    assert plain({name: node.get_parameter(name).value for name in DECLARATIONS}) == before
+
+
+def plain(values):
+    """Return values with lists for all that hold several."""
+    return {name: list(value) if hasattr(value, '__len__') and not isinstance(value, str)
+            else value for name, value in values.items()}
 
 
 def assert_frame(bench, time, wind, keyed, held):

@@ -21,8 +21,9 @@ import yaml
 
 def test_what_is_shipped_is_shots_and_presets():
     found = {kind: [path.stem for path in paths] for kind, paths in shot_files.shipped().items()}
-    assert found['shots'] == ['calm', 'flight', 'gust', 'storm', 'sunrise', 'turn']
-    assert 'preview' in found['presets']
+    assert found['shots'] == [
+        'calm', 'flight', 'gust', 'parade', 'storm', 'sunrise', 'turn']
+    assert found['presets'] == ['accurate', 'balanced', 'preview', 'seed']
     assert 'wind turns round' in shot_files.comment_of(config_path('turn.yaml'))
 
 
