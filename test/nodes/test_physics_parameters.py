@@ -23,6 +23,7 @@ import numpy as np
 import pytest
 import rclpy
 from support.bench import Bench
+from support.soak import SOAK
 
 DECLARATIONS = named('physics')
 AFFORDABLE = {'grid.rows': 12, 'grid.columns': 12, 'substeps_limit': 20}
@@ -165,7 +166,7 @@ def ros(domain):
 
 
 @pytest.mark.parametrize('solver', DECLARATIONS['solver'].choices)
-@settings(deadline=None, derandomize=True, database=None, max_examples=40,
+@settings(deadline=None, derandomize=True, database=None, max_examples=40 if SOAK else 20,
           phases=[Phase.generate, Phase.shrink],
           suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(events=EVENTS)
