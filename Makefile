@@ -53,7 +53,7 @@ soak:
 	test/cloth/test_conservation.py test/cloth/test_extremes.py test/cloth/test_refinement.py \
 	test/cloth/test_statistics.py test/nodes/test_damaged_files.py test/nodes/test_hosts.py \
 	test/nodes/test_fuzz.py test/nodes/test_faults.py test/nodes/test_graph.py \
-	test/nodes/test_physics_parameters.py \
+	test/nodes/test_physics_parameters.py test/ros/test_waiting.py \
 	test/drawing/test_again.py test/jit/test_processors.py test/dataset/test_engine.py \
 	test/package/test_benchmarks.py \
 	test/nodes/test_soak.py

@@ -22,6 +22,7 @@ from typing import NamedTuple
 
 from flag_sim.drawing.camera import Camera
 from flag_sim.drawing.channels import joined
+from flag_sim.drawing.covering import binned, is_covered, set_planes, Sight
 from flag_sim.drawing.geometry import new_vertices, project, view_transform
 from flag_sim.drawing.scene import Object
 from flag_sim.drawing.visibility import Visibility, weights_of
@@ -30,8 +31,6 @@ from flag_sim.parameters import checks
 
 import numpy as np
 
-TILE = 4
-"""Side of the squares in which triangles are looked for [pixel]."""
 NEARER = 1e-6
 """By which part of its depth a surface must be nearer than a point to hide it."""
 
@@ -48,20 +47,6 @@ class Motion(NamedTuple):
 
     flow: np.ndarray
     is_hidden: np.ndarray
-
-
-class Sight(NamedTuple):
-    """
-    Where vertices are in a frame.
-
-    view_space: (n, 3), see geometry.Vertices, nan where that is not known; centre_u, centre_v:
-    the principal point [pixel]; is_perspective: whether x and y are divided by the depth.
-    """
-
-    view_space: np.ndarray
-    centre_u: float
-    centre_v: float
-    is_perspective: bool
 
 
 def motion(visibility: Visibility, objects: Iterable[Object], camera: Camera,
@@ -83,11 +68,11 @@ def motion(visibility: Visibility, objects: Iterable[Object], camera: Camera,
     checks.require(len(now.view_space) == len(visibility.depths), 'objects',
                    f'of the {len(visibility.depths)} vertices of the frame', len(now.view_space))
     then = _sight(joined([one.before for one in objects], objects, 3).T, other)
-    bins = _binned(then, visibility.corners, other)
+    bins = binned(then, visibility.corners, other)
     shape = visibility.triangles.shape
     found = Motion(np.full((*shape, 2), np.nan, np.float32), np.zeros(shape, np.bool_))
     planes = np.empty((len(visibility.corners), 4, 3))
-    _set_planes(now, visibility.corners, planes)
+    set_planes(now, visibility.corners, planes)
     _follow((visibility.triangles, visibility.weights, visibility.corners), (now, planes), then,
             bins, (float(other.width), float(other.height), other.near), found)
     return found
@@ -97,137 +82,6 @@ def _sight(points, camera):
     vertices = new_vertices(len(points))
     project(np.ascontiguousarray(points, np.float64), view_transform(camera), vertices)
     return Sight(vertices.view_space, *map(float, camera.centre), camera.is_perspective)
-
-
-@late_kernel
-def _on_screen(sight, corners, t, of_vertices):
-    """Return the place on the screen of a point of triangle t; nan behind the eye."""
-    a, b, c = corners[t, 0], corners[t, 1], corners[t, 2]
-    of_a, of_b, of_c = of_vertices
-    points = sight.view_space
-    x = of_a * points[a, 0] + of_b * points[b, 0] + of_c * points[c, 0]
-    y = of_a * points[a, 1] + of_b * points[b, 1] + of_c * points[c, 1]
-    z = of_a * points[a, 2] + of_b * points[b, 2] + of_c * points[c, 2]
-    if sight.is_perspective:
-        if not z > 0.0:
-            return np.nan, np.nan
-        return sight.centre_u + x / z, sight.centre_v + y / z
-    return sight.centre_u + x, sight.centre_v + y
-
-
-class Bins(NamedTuple):
-    """
-    Which triangles may be seen in each tile of an image.
-
-    bounds: (m, 4) float64, least and greatest u and v of each triangle [pixel]; planes: (m, 4, 3)
-    float64, see _set_planes; starts: (tiles + 1,) int64, where the triangles of a tile begin in
-    `members`, (n,) int32; columns: of tiles.
-    """
-
-    bounds: np.ndarray
-    planes: np.ndarray
-    starts: np.ndarray
-    members: np.ndarray
-    columns: int
-
-
-def _binned(sight, corners, camera):
-    """Return the Bins of the triangles `corners` in an image."""
-    columns, rows = -(-camera.width // TILE), -(-camera.height // TILE)
-    bounds, starts = np.empty((len(corners), 4)), np.zeros(columns * rows + 1, np.int64)
-    planes = np.empty((len(corners), 4, 3))
-    _set_bounds(sight, corners, camera.near, bounds)
-    _set_planes(sight, corners, planes)
-    _count(bounds, columns, rows, starts)
-    np.cumsum(starts, out=starts)
-    members = np.empty(starts[-1], np.int32)
-    _sort_in(bounds, columns, rows, starts[:-1].copy(), members)
-    return Bins(bounds, planes, starts, members, columns)
-
-
-@late_kernel
-def _set_bounds(sight, corners, near, bounds):
-    """Write the bounds of triangles; of those that reach behind the near plane, everything."""
-    points = sight.view_space
-    for t in range(corners.shape[0]):
-        least_u, most_u, least_v, most_v = np.inf, -np.inf, np.inf, -np.inf
-        nearest, farthest = np.inf, -np.inf
-        is_known = True
-        for k in range(3):
-            x, y, z = points[corners[t, k], 0], points[corners[t, k], 1], points[corners[t, k], 2]
-            is_known = is_known and x == x and y == y and z == z
-            scale = 1.0 / z if sight.is_perspective and z > 0.0 else 1.0
-            u, v = sight.centre_u + x * scale, sight.centre_v + y * scale
-            least_u, most_u = min(least_u, u), max(most_u, u)
-            least_v, most_v = min(least_v, v), max(most_v, v)
-            nearest, farthest = min(nearest, z), max(farthest, z)
-        if not is_known or farthest <= near:
-            least_u, most_u, least_v, most_v = np.inf, -np.inf, np.inf, -np.inf
-        elif nearest <= near and sight.is_perspective:
-            least_u, most_u, least_v, most_v = -np.inf, np.inf, -np.inf, np.inf
-        bounds[t, 0], bounds[t, 1] = least_u, most_u
-        bounds[t, 2], bounds[t, 3] = least_v, most_v
-
-
-@late_kernel
-def _set_planes(sight, corners, planes):
-    """
-    Write what tells where a line of sight through (x, y) [pixel from the centre] meets triangles.
-
-    Each of the four is linear: p[0] x + p[1] y + p[2]. The first three are determinants of the
-    line's direction and two vertices, of one sign where it passes within all edges; in their
-    proportions it meets the plane between the three vertices. The fourth is their sum, each times
-    its vertex's depth: over their sum it is the depth there.
-    """
-    points = sight.view_space
-    for t in range(corners.shape[0]):
-        for k in range(3):
-            b, c = corners[t, (k + 1) % 3], corners[t, (k + 2) % 3]
-            bx, by, bz = points[b, 0], points[b, 1], points[b, 2]
-            cx, cy, cz = points[c, 0], points[c, 1], points[c, 2]
-            if not sight.is_perspective:  # all lines are parallel to the axis
-                bz = cz = 1.0
-            planes[t, k, 0] = by * cz - bz * cy
-            planes[t, k, 1] = bz * cx - bx * cz
-            planes[t, k, 2] = bx * cy - by * cx
-        for axis in range(3):
-            planes[t, 3, axis] = (planes[t, 0, axis] * points[corners[t, 0], 2]
-                                  + planes[t, 1, axis] * points[corners[t, 1], 2]
-                                  + planes[t, 2, axis] * points[corners[t, 2], 2])
-
-
-@late_inner_kernel
-def _tiles(least, most, count):
-    """Return the first tile and the end of those between two coordinates [pixel]."""
-    limit = 1.0 * count * TILE
-    if not least <= most or most < -0.5 or least > limit:
-        return 0, 0
-    first = int(max(least + 0.5, 0.0)) // TILE
-    return first, min(int(min(most + 0.5, limit)) // TILE + 1, count)
-
-
-@late_kernel
-def _count(bounds, columns, rows, starts):
-    """Count the triangles of each tile, one place behind it."""
-    for t in range(bounds.shape[0]):
-        left, right = _tiles(bounds[t, 0], bounds[t, 1], columns)
-        top, bottom = _tiles(bounds[t, 2], bounds[t, 3], rows)
-        for row in range(top, bottom):
-            for column in range(left, right):
-                starts[row * columns + column + 1] += 1
-
-
-@late_kernel
-def _sort_in(bounds, columns, rows, places, members):
-    """Write each triangle where its tiles' next one stands."""
-    for t in range(bounds.shape[0]):
-        left, right = _tiles(bounds[t, 0], bounds[t, 1], columns)
-        top, bottom = _tiles(bounds[t, 2], bounds[t, 3], rows)
-        for row in range(top, bottom):
-            for column in range(left, right):
-                tile = row * columns + column
-                members[places[tile]] = t
-                places[tile] += 1
 
 
 @late_kernel
@@ -260,7 +114,7 @@ def _follow(seen, here, then, bins, image, found):
                 continue
             found.is_hidden[row, column] = not (
                 z > near and -0.5 <= then_u < width - 0.5 and -0.5 <= then_v < height - 0.5
-            ) or _is_covered(then, bins, t, (then_u, then_v, z - NEARER * abs(z)), near)
+            ) or is_covered(then, bins, t, (then_u, then_v, z - NEARER * abs(z)), near)
 
 
 @late_inner_kernel
@@ -281,22 +135,17 @@ def _depth(sight, corners, t, of_vertices):
     return of_a * z[corners[t, 0], 2] + of_b * z[corners[t, 1], 2] + of_c * z[corners[t, 2], 2]
 
 
-@late_inner_kernel
-def _is_covered(sight, bins, own, point, near):
-    """Return whether another triangle than `own` stands before a point (u, v, depth)."""
-    u, v, depth = point
-    tile = int(v + 0.5) // TILE * bins.columns + int(u + 0.5) // TILE
-    for k in range(bins.starts[tile], bins.starts[tile + 1]):
-        t = bins.members[k]
-        if (t != own and bins.bounds[t, 0] <= u <= bins.bounds[t, 1]
-                and bins.bounds[t, 2] <= v <= bins.bounds[t, 3]):
-            x, y, plane = u - sight.centre_u, v - sight.centre_v, bins.planes[t]
-            of_a = plane[0, 0] * x + plane[0, 1] * y + plane[0, 2]
-            of_b = plane[1, 0] * x + plane[1, 1] * y + plane[1, 2]
-            of_c = plane[2, 0] * x + plane[2, 1] * y + plane[2, 2]
-            if ((of_a >= 0.0 and of_b >= 0.0 and of_c >= 0.0)
-                    or (of_a <= 0.0 and of_b <= 0.0 and of_c <= 0.0)):
-                z = (plane[3, 0] * x + plane[3, 1] * y + plane[3, 2]) / (of_a + of_b + of_c)
-                if near < z < depth:
-                    return True
-    return False
+@late_kernel
+def _on_screen(sight, corners, t, of_vertices):
+    """Return the place on the screen of a point of triangle t; nan behind the eye."""
+    a, b, c = corners[t, 0], corners[t, 1], corners[t, 2]
+    of_a, of_b, of_c = of_vertices
+    points = sight.view_space
+    x = of_a * points[a, 0] + of_b * points[b, 0] + of_c * points[c, 0]
+    y = of_a * points[a, 1] + of_b * points[b, 1] + of_c * points[c, 1]
+    z = of_a * points[a, 2] + of_b * points[b, 2] + of_c * points[c, 2]
+    if sight.is_perspective:
+        if not z > 0.0:
+            return np.nan, np.nan
+        return sight.centre_u + x / z, sight.centre_v + y / z
+    return sight.centre_u + x, sight.centre_v + y

@@ -31,7 +31,7 @@ SHORT = {'animation': ['--quick'], 'cloth': ['--rounds', '1'],
          'compiling': ['--what', 'normals'], 'dataset': ['--quick'], 'drawing': ['--rounds', '1'],
          'frame_time': ['--frames', '20', '--runs', '1'], 'growth': ['--quick'],
          'pipeline': ['--quick'], 'roofline': ['--seconds', '0.02']}
-LONG = {'cloth', 'frame_time', 'pipeline'}
+LONG = {'cloth', 'dataset', 'frame_time', 'pipeline'}
 """Those that take tens of seconds in any form: they start all nodes, or compile many methods."""
 PEERS = {'cloth': {'taichi': 'Taichi', 'newton': 'Newton, springs', 'mujoco': 'MuJoCo flex'},
          'drawing': {'moderngl': 'llvmpipe', 'panda3d': 'Panda3D', 'cv2': 'OpenCV'}}

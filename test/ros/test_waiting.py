@@ -32,6 +32,7 @@ import pytest
 import rclpy
 from support.flags import wave
 from support.shot import SMALL
+from support.soak import SOAK
 from support.watch import eventually, Watcher
 
 
@@ -53,7 +54,7 @@ def test_what_is_compiled_is_named_when_it_takes_long(domain, capfd, monkeypatch
         assert 'sails' not in capfd.readouterr().err
 
 
-@pytest.mark.parametrize('pace', ['lockstep', 'realtime'])
+@pytest.mark.parametrize('pace', ['lockstep'] + ['realtime'] * SOAK)
 def test_from_the_wind_on_each_log_names_the_next_node(tmp_path, domain, pace):
     """No physics, then one that stands still, as while it compiles: wind, renderer, physics."""
     with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
