@@ -20,12 +20,11 @@ import signal
 import subprocess
 import sys
 import time
+from typing import IO
 
 from flag_sim.protocol.notify import NotifyReceiver
 from flag_sim.tools.domains import claimed_domain
 
-END_TIMEOUT = 10.0
-"""How long a node may take to end [s]."""
 POLL_PERIOD = 0.1
 """How often to check whether a node has ended instead of becoming ready [s]."""
 
@@ -41,6 +40,9 @@ class Graph:
     logs: folder for one log file a node. domain: one that the caller has claimed; None claims one
     on entering the `with` block. The processes are ended, by their ids, on leaving it.
     """
+
+    end_timeout = 10.0
+    """How long a node may take to end [s]."""
 
     def __init__(self, logs: str | Path, domain: int | None = None):
         self.logs = Path(logs)
@@ -66,11 +68,15 @@ class Graph:
         receiver = self._receivers[name] = NotifyReceiver()
         self._cleanup.callback(receiver.close)
         log = self._cleanup.enter_context(open(self.logs / f'{name}.log', 'w'))
-        self.processes[name] = subprocess.Popen(
+        self.processes[name] = self.launch(
             [*self.prefix(name), sys.executable, '-m', f'flag_sim.nodes.{node}', '--ros-args',
-             *arguments], stdout=log, stderr=subprocess.STDOUT,
-            env={**self.environment, 'NOTIFY_SOCKET': receiver.address})
+             *arguments], log, {**self.environment, 'NOTIFY_SOCKET': receiver.address})
         return self.processes[name]
+
+    def launch(self, command: list[str], log: IO[str],
+               environment: dict[str, str]) -> subprocess.Popen:
+        """Return a new process that runs a command; what it says goes to an open file."""
+        return subprocess.Popen(command, stdout=log, stderr=subprocess.STDOUT, env=environment)
 
     def told(self, name: str) -> dict[str, str]:
         """Return what a node has told of itself, {name: text} as in sd_notify(3)."""
@@ -108,7 +114,7 @@ class Graph:
     def _wait_for_end(self, name):
         process = self.processes[name]
         try:
-            return process.wait(END_TIMEOUT)
+            return process.wait(self.end_timeout)
         except subprocess.TimeoutExpired:
             process.kill()
             return process.wait()

@@ -17,10 +17,10 @@ import math
 
 from flag_sim.declarations.wind import WIND
 from flag_sim.ros.frame_message import read_parameters
-from flag_sim.tools.graph import Graph
 import numpy as np
 import pytest
 from std_msgs.msg import Empty
+from support.forked import Graph
 from support.watch import eventually, Watcher
 import yaml
 

@@ -16,9 +16,9 @@
 import signal
 
 from flag_sim.drawing.camera import Camera
-from flag_sim.tools.graph import Graph
 import numpy as np
 import pytest
+from support.forked import Graph
 from support.relay import Relay, remap
 from support.shot import film, messages_of, SMALL, stamp_of
 from support.soak import SOAK
@@ -123,7 +123,7 @@ def test_a_bag_plays_to_the_same_images(plain_bag, tmp_path, source, nodes):
         graph.start('recorder', '-p', f'path:={tmp_path / "bag"}', '-p', f'topics:={topics}')
         graph.start('player', '-p', f'path:={plain_bag}', '-p', 'pace:=lockstep', '-p',
                     f'topics:=[{source}]', '-p', 'wait_for:=[renderer, recorder]')
-        assert graph.wait('player', 60.0) == 0, graph.log('player')
+        assert graph.wait('player', 90.0) == 0, graph.log('player')
     if source == 'parameters':
         assert_same_data(plain_bag, tmp_path / 'bag')
     else:

@@ -17,8 +17,8 @@ from flag_sim.cloth import Cloth
 from flag_sim.cloth.solvers import SOLVERS
 from flag_sim.protocol.frames import FrameId
 from flag_sim.ros import messages
-from flag_sim.tools.graph import Graph
 import numpy as np
+from support.forked import Graph
 from support.frames import parameters_message
 from support.watch import eventually, Watcher
 

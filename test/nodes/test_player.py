@@ -21,7 +21,6 @@ from flag_sim.protocol.frames import FrameId
 from flag_sim.ros import messages
 from flag_sim.ros.bag import Bag, RecordedTopics
 from flag_sim.ros.parameter_node import BadParameter
-from flag_sim.tools.graph import Graph
 import numpy as np
 import pytest
 from rcl_interfaces.msg import ParameterEvent
@@ -30,6 +29,7 @@ from rclpy.parameter import Parameter
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import Image, PointCloud2
 from std_msgs.msg import Header, String
+from support.forked import Graph
 from support.frames import parameters_message
 from support.shot import messages_of, SMALL, stamp_of
 
@@ -93,7 +93,7 @@ def films(tmp_path, domain, bag, topics, consumers):
         graph.start('player', '-p', f'path:={bag}', '-p', 'pace:=lockstep', '-p',
                     f'topics:={topics}', '-p', 'wait_for:=[renderer, recorder]',
                     '-p', 'resend_after:=0.5')
-        assert graph.wait('player', 60.0) == 0, graph.log('player') + graph.log('renderer')
+        assert graph.wait('player', 90.0) == 0, graph.log('player') + graph.log('renderer')
         assert graph.end('recorder') == 0
     return [round(stamp_of(m) / FRAME)
             for _, m in messages_of(tmp_path / 'bag', '/camera/image_raw')]

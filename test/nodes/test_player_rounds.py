@@ -18,11 +18,11 @@ import itertools
 from flag_sim.nodes.renderer import Renderer
 from flag_sim.protocol.frames import FrameId
 from flag_sim.ros import messages
-from flag_sim.tools.graph import Graph
 import numpy as np
 import pytest
 import rclpy
 from support.bench import Bench, WIND
+from support.forked import Graph
 from support.frames import parameters_message
 from support.nodes import hear
 from support.shot import messages_of, SMALL, stamp_of

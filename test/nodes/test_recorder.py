@@ -23,7 +23,6 @@ from flag_sim.protocol.frames import FrameId
 from flag_sim.protocol.recording import TAKE_GAP
 from flag_sim.ros import messages
 from flag_sim.ros.bag import Bag
-from flag_sim.tools.graph import Graph
 import numpy as np
 import pytest
 from rcl_interfaces.msg import ParameterEvent
@@ -31,6 +30,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import CameraInfo
 from std_msgs.msg import Header
 from support.bags import FRAME, images_bag, recorded
+from support.forked import Graph
 from support.frames import parameters_message
 from support.nodes import made
 from support.watch import eventually, Watcher
@@ -78,7 +78,7 @@ def test_a_topic_named_twice_is_refused(tmp_path, domain):
     with Graph(tmp_path / 'log', domain) as graph:
         graph.start('recorder', '-p', f'path:={tmp_path / "bag"}', '-p',
                     'topics:=[vertices, vertices]')
-        assert graph.wait('recorder', 30.0) == 1
+        assert graph.wait('recorder', 90.0) == 1
         assert "topics: each is named once, but 'vertices' more often" in graph.log('recorder')
         assert 'Traceback' not in graph.log('recorder')
     assert not (tmp_path / 'bag').exists()
@@ -179,7 +179,7 @@ def test_a_late_picture_of_the_take_before_is_not_taken_for_one_of_the_next(tmp_
 
 
 def test_a_full_disk_ends_sqlite_with_a_clear_error(tmp_path, domain):
-    """As it does mcap (test_lifecycle); what was answered as done is kept, and that is said."""
+    """As it does mcap (test_recorder_ends); what was answered as done is kept, and that is said."""
     limit = 3_000_000  # bytes; an image has 1,000,000 and sqlite keeps 2 MB in memory
     hard = resource.getrlimit(resource.RLIMIT_FSIZE)[1]
     with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
@@ -207,7 +207,7 @@ def test_a_missing_folder_is_an_error(tmp_path, domain, storage):
                     '-p', f'storage:={storage}')
         eventually(lambda: out.publish(frame(1, 0)) or done, watcher)
         shutil.rmtree(tmp_path / 'bag')
-        assert graph.wait('recorder', 30.0) == 1  # at once, although nothing comes
+        assert graph.wait('recorder', 90.0) == 1  # at once, although nothing comes
         said = graph.log('recorder')
         assert 'cannot write' in said and 'cannot finish' in said and 'the folder is gone' in said
         assert 'MB' not in said and 'reindex' not in said and 'Traceback' not in said
@@ -235,7 +235,7 @@ def test_things_are_counted_in_words(number, words):
 def play(graph, path, *arguments):
     """Play a bag; return the exit status and what the player said."""
     graph.start('player', '-p', f'path:={path}', *arguments)
-    status = graph.wait('player', 30.0)
+    status = graph.wait('player', 90.0)
     return status, graph.log('player')
 
 

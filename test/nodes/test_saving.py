@@ -17,11 +17,11 @@ import stat
 
 from flag_sim.nodes.wind import Wind
 from flag_sim.ros.parameter_node import BadParameter
-from flag_sim.tools.graph import Graph
 import pytest
 from rcl_interfaces.msg import Parameter as ParameterMessage, ParameterEvent, ParameterValue
 import rclpy
 from rclpy.parameter import Parameter
+from support.forked import Graph
 from support.watch import eventually, Watcher
 import yaml
 

@@ -110,7 +110,7 @@ def ended(graph):
     """End all nodes; return {name: exit status}, None of one that has not ended."""
     for process in graph.processes.values():
         process.send_signal(signal.SIGINT)
-    return {name: graph.wait(name, 60.0) for name in graph.processes}
+    return {name: graph.wait(name, 90.0) for name in graph.processes}
 
 
 @pytest.mark.skipif(not SOAK, reason='make soak runs it')

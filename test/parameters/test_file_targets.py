@@ -18,11 +18,11 @@ import os
 from flag_sim.parameters import file_targets
 from flag_sim.parameters.config import config_path
 from flag_sim.parameters.file_targets import given_files, is_meant, keys_in
-from flag_sim.tools.graph import Graph
 import pytest
 import rclpy
 from rclpy.context import Context
 from rclpy.node import Node
+from support.forked import Graph
 from support.watch import Watcher
 import yaml
 

@@ -24,13 +24,13 @@ from flag_sim.nodes.physics import Physics
 from flag_sim.protocol.frames import FrameId
 from flag_sim.ros import diagnostics, messages
 from flag_sim.ros.topics import TOPICS
-from flag_sim.tools.graph import Graph
 import numpy as np
 import pytest
 import rclpy
 from rclpy.parameter import Parameter
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import PointCloud2
+from support.forked import Graph
 from support.shot import SMALL
 from support.watch import eventually, Watcher
 

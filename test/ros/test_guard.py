@@ -21,7 +21,6 @@ from flag_sim.protocol.frames import FrameId
 from flag_sim.protocol.throttled_log import MAX_CHARACTERS
 from flag_sim.ros import guard, messages
 from flag_sim.ros.topics import publish
-from flag_sim.tools.graph import Graph
 import numpy as np
 import pytest
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
@@ -31,6 +30,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter as OwnParameter
 from rclpy.serialization import serialize_message
 from std_msgs.msg import Header
+from support.forked import Graph
 from support.frames import parameters_message
 from support.nodes import call, made
 from support.watch import eventually, Watcher

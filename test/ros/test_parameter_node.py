@@ -18,10 +18,10 @@ import importlib
 from flag_sim.protocol.frames import FrameId
 from flag_sim.ros import messages
 from flag_sim.ros.parameter_node import BadParameter
-from flag_sim.tools.graph import Graph
 import numpy as np
 import pytest
 import rclpy
+from support.forked import Graph
 from support.frames import parameters_message
 from support.watch import eventually, Watcher
 
@@ -80,7 +80,7 @@ def test_a_refusal_is_one_clear_line(tmp_path, domain, node, argument, said):
     """Of a process that ends with status 1, without a traceback."""
     with Graph(tmp_path / 'log', domain) as graph:
         graph.start(node, '-p', argument)
-        assert graph.wait(node, 30.0) == 1
+        assert graph.wait(node, 90.0) == 1
         lines = graph.log(node).splitlines()
     assert len(lines) == 1
     assert lines[0].startswith('refused: ') and said in lines[0]
@@ -90,7 +90,7 @@ def test_a_params_file_that_is_not_there_is_one_clear_line(tmp_path, domain):
     """What rclpy says of it is passed on, without its traceback."""
     with Graph(tmp_path / 'log', domain) as graph:
         graph.start('wind', '--params-file', str(tmp_path / 'none.yaml'))
-        assert graph.wait('wind', 30.0) == 1
+        assert graph.wait('wind', 90.0) == 1
         assert 'cannot start' in graph.log('wind') and 'none.yaml' in graph.log('wind')
         assert 'Traceback' not in graph.log('wind')
 
@@ -99,7 +99,7 @@ def test_unknown_arguments_are_refused(tmp_path, domain):
     """A parameter given without --ros-args would otherwise be lost without a word."""
     with Graph(tmp_path / 'log', domain) as graph:
         graph.start('wind', '-p', 'rate:=20.0', '--', 'speed:=3.0')
-        assert graph.wait('wind', 30.0) == 1
+        assert graph.wait('wind', 90.0) == 1
         assert 'unknown arguments speed:=3.0' in graph.log('wind')
 
 

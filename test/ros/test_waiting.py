@@ -25,12 +25,12 @@ from flag_sim.protocol.frames import FrameId, FrameOrder
 from flag_sim.ros import messages
 from flag_sim.ros.compiling import compiling
 from flag_sim.ros.topics import publish
-from flag_sim.tools.graph import Graph
 import numba
 import numpy as np
 import pytest
 import rclpy
 from support.flags import wave
+from support.forked import Graph
 from support.shot import SMALL
 from support.soak import SOAK
 from support.watch import eventually, Watcher

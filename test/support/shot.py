@@ -37,7 +37,7 @@ def film(graph, bag, frames, *, seconds=90.0, extra=None):
     graph.start('wind', *SHOT, '-p', f'frames:={frames}', '-p', 'wait_for:=[renderer, recorder]',
                 *extra.get('wind', ()))
     status = graph.wait('wind', seconds)
-    graph.wait('recorder', 60.0)
+    graph.wait('recorder', 90.0)
     return status
 
 

@@ -22,10 +22,10 @@ import sys
 
 from flag_sim.drawing import Camera
 from flag_sim.ros.topics import TOPICS
-from flag_sim.tools.graph import Graph
 import numpy as np
 from rcl_interfaces.msg import Parameter
 from rclpy.parameter import get_parameter_value, parameter_dict_from_yaml_file
+from support.forked import Graph
 from support.pages import ROOT
 from support.watch import eventually, Watcher
 

@@ -74,9 +74,15 @@ class Watcher:
         return heard
 
     def parameters_of(self, node):
-        """Return a client of a node's parameters, once it can be reached."""
+        """
+        Return a client of a node's parameters, once the node has answered it.
+
+        The node then knows all that this watcher had made before, as DDS tells it of that in the
+        same order: it hears what is published once, and what it publishes once is heard.
+        """
         client = AsyncParameterClient(self.node, node)
         eventually(client.services_are_ready, self)
+        self._read(lambda: client.describe_parameters(['use_sim_time']))
         return client
 
     def _result(self, future):
