@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Programs that begin with the imports of all of them done: `python -m module`, forked.
+Programs that begin with the imports of all of them done: as `python` runs them, but forked.
 
 Every node imports rclpy, numba and the kernels' modules before its own first line, for longer
 than most tests of a graph then take. Here one process imports them and forks one for each program.
@@ -32,6 +32,7 @@ import signal
 import socket
 import subprocess
 import sys
+import tempfile
 
 from flag_sim.tools import graph
 
@@ -56,9 +57,17 @@ class Graph(graph.Graph):
     def launch(self, command, log, environment):
         """Return a process, as subprocess.Popen does."""
         server = _server(os.getpid())
-        if command[:2] == [sys.executable, '-m'] and server.serves(environment):
-            return server.start(command[2], command[3:], log, environment)
+        if command[0] == sys.executable and server.serves(environment):
+            return server.start(command[1:], log, os.getcwd(), environment)
         return super().launch(command, log, environment)
+
+
+def run(arguments, folder):
+    """Run what `python` with these arguments does in a folder; return its status and output."""
+    with tempfile.TemporaryFile('w+') as log:
+        status = _server(os.getpid()).start(arguments, log, str(folder), os.environ).wait()
+        log.seek(0)
+        return status, log.read()
 
 
 class Forked:
@@ -113,9 +122,9 @@ class Server:
         """Return whether a program with these variables would import the same."""
         return read_at_import(environment) == self._read_at_import
 
-    def start(self, module, arguments, log, environment):
-        """Run a module as `python -m` does, with its output in an open file."""
-        request = json.dumps([module, arguments, os.getcwd(), dict(environment)])
+    def start(self, arguments, log, folder, environment):
+        """Run `-m module ...` or `script ...` in a folder, with its output in an open file."""
+        request = json.dumps([arguments, folder, dict(environment)])
         socket.send_fds(self._socket, [request.encode()], [log.fileno()])
         return Forked(self._answer(), self._status)
 
@@ -164,8 +173,8 @@ def serve(descriptor):
     become(logs[0], *request)
 
 
-def become(log, module, arguments, folder, environment):
-    """Run a module in this process, which was forked for it."""
+def become(log, arguments, folder, environment):
+    """Run a program in this process, which was forked for it."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
     for descriptor in (1, 2):
         os.dup2(log, descriptor)
@@ -173,6 +182,12 @@ def become(log, module, arguments, folder, environment):
     os.chdir(folder)
     os.environ.clear()
     os.environ.update(environment)
-    sys.argv[1:] = arguments
-    sys.path[:] = [folder, *(path for path in sys.path if path not in ('', TESTS))]
-    runpy.run_module(module, run_name='__main__', alter_sys=True)
+    sys.path[:] = [path for path in sys.path if path not in ('', TESTS)]
+    if arguments[0] == '-m':
+        sys.argv[1:] = arguments[2:]
+        sys.path.insert(0, folder)
+        runpy.run_module(arguments[1], run_name='__main__', alter_sys=True)
+    else:
+        sys.argv[:] = arguments
+        sys.path.insert(0, os.path.dirname(os.path.abspath(arguments[0])))
+        runpy.run_path(arguments[0], run_name='__main__')

@@ -15,18 +15,17 @@
 """A user at a terminal: commands of the docs are run, those of `ros2` by what they stand for."""
 import functools
 import importlib
-import os
 import shlex
 import subprocess
-import sys
 
 from flag_sim.drawing import Camera
 from flag_sim.ros.topics import TOPICS
 import numpy as np
 from rcl_interfaces.msg import Parameter
 from rclpy.parameter import get_parameter_value, parameter_dict_from_yaml_file
-from support.forked import Graph
+from support import forked
 from support.pages import ROOT
+from support.shot import SMALL
 from support.watch import eventually, Watcher
 
 NODES = ('physics', 'renderer', 'wind', 'recorder', 'player', 'viewer')
@@ -46,7 +45,7 @@ class Terminal:
 
     def __init__(self, folder):
         self._folder = folder
-        self._graph = Graph(folder / 'log')
+        self._graph = forked.Graph(folder / 'log')
 
     def __enter__(self):
         """Return self, with no node running."""
@@ -156,6 +155,8 @@ class Terminal:
         return [name for name, process in self._graph.processes.items() if process.poll() is None]
 
     def _start(self, name, *arguments):
+        if name == 'renderer':  # pictures are drawn all the time: small, where nothing else is said
+            arguments = (*SMALL, *arguments)
         # A bag's vertices are drawn where no wind announces frames, as the docs say.
         for other in (name, *(('wind', 'physics') if name == 'player' else ())):
             self._end(other)
@@ -209,10 +210,9 @@ def python(words):
 @functools.cache
 def help_of(*program):
     """Return what a program of the package, by its path or after -m, answers to --help."""
-    done = subprocess.run([sys.executable, *program, '--help'], cwd=ROOT, capture_output=True,
-                          text=True, env={**os.environ, 'PYTHONPATH': str(ROOT)})
-    assert done.returncode == 0, done.stderr
-    return done.stdout
+    status, said = forked.run([*program, '--help'], ROOT)
+    assert status == 0, said
+    return said
 
 
 def export(command):
