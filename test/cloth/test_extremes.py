@@ -28,7 +28,7 @@ import numpy as np
 import pytest
 from support.flags import nearest
 
-EXTREMES = int(os.environ.get('FLAG_SIM_EXTREMES', 200))
+EXTREMES = int(os.environ.get('FLAG_SIM_EXTREMES', 100))
 """Random cloths per solver; the soak test asks for more."""
 
 BOUNDED = [name for name in SOLVERS if name not in ('euler', 'seed')]

@@ -13,31 +13,23 @@
 # limitations under the License.
 
 """Kernels are vectorised, kept from start to start, and never out of date."""
-import contextlib
 import importlib
 import json
 import os
 from pathlib import Path
-import pickle
 import pkgutil
 import shutil
-import stat
 import subprocess
 import sys
 
 import flag_sim
 from flag_sim.cloth.solvers import SOLVERS
-from flag_sim.jit.cache import make_private
 from flag_sim.jit.compilers import KernelCompiler
 from numba.core.dispatcher import Dispatcher
 import pytest
+from support.kernel_copy import PACKAGE, use
 
-PACKAGE = Path(flag_sim.__file__).parent
 TESTS = Path(__file__).resolve().parents[1]
-USE = ('import numpy as np; from flag_sim.cloth import normals; '
-       'print(normals.node_normals(np.random.default_rng(1).normal(size=(3, 3, 3)))[1, 1]); '
-       'print(sum(normals._normalise.stats.cache_hits.values()))')
-
 FLY = """
 from flag_sim.cloth import Cloth
 from flag_sim.cloth.solvers import SOLVERS
@@ -64,23 +56,6 @@ shared = [name for code in codes if code is not None for name in weak_functions(
 print(json.dumps({'flown': flown, 'compiled': compiled, 'shared': shared,
                   'seen': sum(code is not None for code in codes)}))
 """
-
-
-@pytest.fixture
-def copy(tmp_path):
-    """Return a folder with a copy of the package, its sources only."""
-    shutil.copytree(PACKAGE, tmp_path / 'copy' / 'flag_sim',
-                    ignore=shutil.ignore_patterns('__pycache__', 'nodes', 'ros', 'tools'))
-    return tmp_path / 'copy'
-
-
-def use(copy, **environment):
-    """Run a kernel of the copy in a process of its own; return its result and its cache hits."""
-    done = subprocess.run([sys.executable, '-c', USE], cwd=copy, check=True, text=True,
-                          capture_output=True,
-                          env={**os.environ, 'PYTHONPATH': str(copy), **environment})
-    result, hits = done.stdout.strip().rsplit('\n', 1)
-    return result, int(hits)
 
 
 def test_the_second_start_compiles_nothing(copy):
@@ -203,105 +178,3 @@ def test_a_class_that_is_gone_compiles_anew(copy):
         done = subprocess.run([sys.executable, '-c', 'import flag_sim.pair'], cwd=copy, text=True,
                               capture_output=True, env={**os.environ, 'PYTHONPATH': str(copy)})
         assert done.stdout == '8.0\n', done.stderr
-
-
-def test_code_is_kept_where_neither_package_nor_home_can_be_written(copy, tmp_path):
-    """Then a folder of this user's among the temporary ones is used."""
-    for folder in ('', 'cloth'):
-        (copy / 'flag_sim' / folder / '__pycache__').write_text('in the way of a folder')
-    places = {'HOME': '/proc/nowhere', 'TMPDIR': str(tmp_path / 'temporary')}
-    (tmp_path / 'temporary').mkdir()
-    first, hits = use(copy, **places)
-    assert hits == 0
-    assert list((tmp_path / 'temporary').rglob('*.nbi'))
-    assert use(copy, **places) == (first, 1)
-
-
-def blocked(copy, tmp_path):
-    """Return the environment in which only the folder for temporary files can be written."""
-    for folder in ('', 'cloth'):
-        (copy / 'flag_sim' / folder / '__pycache__').write_text('in the way of a folder')
-    (tmp_path / 'temporary').mkdir()
-    return {'HOME': '/proc/nowhere', 'TMPDIR': str(tmp_path / 'temporary')}
-
-
-def planted(name, real):
-    """Let what a stranger has planted be read, were it read: it leaves a file behind."""
-    class Planted:
-
-        def __reduce__(self):
-            return os.system, (f'touch {real}',)
-    return pickle.dumps(name) + pickle.dumps(Planted())
-
-
-def test_code_in_a_folder_that_is_not_ours_alone_is_never_read(copy, tmp_path):
-    """It is a pickle, which may run any command: without a safe folder nothing is kept."""
-    places = blocked(copy, tmp_path)
-    result, _ = use(copy, **places)
-    folders = list((tmp_path / 'temporary').iterdir())
-    assert folders and all(stat.S_IMODE(folder.stat().st_mode) == 0o700 for folder in folders)
-    for folder in folders:
-        for index in folder.glob('*.nbi'):
-            version = pickle.loads(index.read_bytes())
-            index.write_bytes(planted(version, tmp_path / 'ran'))
-        folder.chmod(0o777)
-    before = sorted(tmp_path.rglob('*.nb?'))
-    assert use(copy, **places) == (result, 0)
-    assert not (tmp_path / 'ran').exists()
-    assert sorted(tmp_path.rglob('*.nb?')) == before
-
-
-@pytest.mark.parametrize('kind', ['open', 'readable', 'link', 'file', 'parent', 'ours'])
-def test_which_folders_are_ours_alone(tmp_path, kind):
-    """Neither others' rights nor a link, nor a folder above in which others can change names."""
-    folder = tmp_path / 'within' / 'folder'
-    make_private(folder)
-    assert all(stat.S_IMODE(made.stat().st_mode) == 0o700 for made in (folder, folder.parent))
-    if kind in ('link', 'file'):
-        folder.rename(tmp_path / 'other')
-        if kind == 'link':
-            folder.symlink_to(tmp_path / 'other')
-        else:
-            folder.touch(mode=0o700)
-    elif kind == 'parent':  # as it is without the sticky bit
-        folder.parent.chmod(0o777)
-    elif kind != 'ours':
-        folder.chmod(0o777 if kind == 'open' else 0o750)
-    with (contextlib.nullcontext() if kind == 'ours' else
-          pytest.raises(PermissionError, match='of this user alone|in the place of')):
-        make_private(folder)
-
-
-def test_a_folder_in_the_home_is_ours_alone(copy, tmp_path):
-    """It is made so, whatever the umask; and used again."""
-    places = {**blocked(copy, tmp_path), 'HOME': str(tmp_path / 'home')}
-    (tmp_path / 'home').mkdir()
-    first, hits = use(copy, **places)
-    assert hits == 0
-    assert {stat.S_IMODE(folder.stat().st_mode)
-            for folder in (tmp_path / 'home' / '.cache').iterdir()} == {0o700}
-    assert use(copy, **places) == (first, 1)
-    assert not list((tmp_path / 'temporary').iterdir())
-
-
-TWO_AT_ONCE = """
-from flag_sim.jit.cache import KernelCache
-from flag_sim.cloth import normals
-first, second = (KernelCache(normals._normalise.py_func)._cache_file for _ in range(2))
-# Both look into the index before either has written to it, and the first is slow to write.
-first._load_index = second._load_index = lambda: {}
-first._save_data = lambda name, code: late.append((name, code))
-late = []
-first.save('float64', 'code for float64')
-second.save('float32', 'code for float32')
-del first._load_index, second._load_index, first._save_data
-first._save_data(*late[0])
-print(second.load('float32'), first.load('float64'))
-"""
-
-
-def test_processes_that_compile_at_once_never_load_the_code_of_other_types(copy):
-    """What one overwrites in the index, the other compiles again."""
-    done = subprocess.run([sys.executable, '-c', TWO_AT_ONCE], cwd=copy, check=True, text=True,
-                          capture_output=True, env={**os.environ, 'PYTHONPATH': str(copy)})
-    assert done.stdout.strip() == 'code for float32 None'

@@ -53,13 +53,6 @@ def test_every_frame_once_and_in_order(plain_bag, topic):
     assert stamps == [round(n * 1e9 / 30.0) for n in range(FRAMES)]
 
 
-def test_two_runs_are_identical(plain_bag, tmp_path):
-    """The same shot twice gives the same vertices and pixels to the bit."""
-    with Graph(tmp_path / 'log') as graph:
-        assert film(graph, tmp_path / 'bag', FRAMES) == 0, graph.log('wind')
-    assert_same_data(plain_bag, tmp_path / 'bag')
-
-
 def project_by_hand(points, info, camera):
     """Return u, v of world points (..., 3) for a camera that looks along +y, tilted."""
     x, y, z = np.moveaxis(points - camera.position, -1, 0)
@@ -137,7 +130,11 @@ def test_a_bag_plays_to_the_same_images(plain_bag, tmp_path, source, nodes):
 
 @pytest.mark.parametrize('seed', range(8 if SOAK else 1))
 def test_lockstep_survives_a_bad_network(plain_bag, tmp_path, domain, seed):
-    """Messages lost, doubled and delayed on every wire change nothing in the bag."""
+    """
+    Messages lost, doubled and delayed on every wire change nothing in the bag.
+
+    So two runs of a shot are the same to the bit, whatever happens to one of them.
+    """
     topics = ('parameters', 'vertices', 'camera/image_raw', 'camera/camera_info', 'frame_done')
     soon = ('-p', 'resend_after:=0.1')
     with Graph(tmp_path / 'log', domain) as graph, \

@@ -166,7 +166,7 @@ def ros(domain):
 
 
 @pytest.mark.parametrize('solver', DECLARATIONS['solver'].choices)
-@settings(deadline=None, derandomize=True, database=None, max_examples=40 if SOAK else 20,
+@settings(deadline=None, derandomize=True, database=None, max_examples=40 if SOAK else 12,
           phases=[Phase.generate, Phase.shrink],
           suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(events=EVENTS)

@@ -60,7 +60,7 @@ class Asker:
 
     def until(self, condition):
         """Let everything happen until the condition holds."""
-        end = time.monotonic() + 20.0
+        end = time.monotonic() + 60.0
         while not condition():
             assert time.monotonic() < end
             self._executor.spin_once(timeout_sec=0.02)
@@ -116,6 +116,7 @@ def test_a_node_that_does_not_answer_is_given_up_and_asked_again(domain, monkeyp
         asker.until(lambda: asker.remote._pending)
         time.sleep(0.4)
         asker.remote.look()
+        monkeypatch.undo()  # on a busy machine an answer may take longer
         asker.serve()
         asker.until(lambda: asker.described)
 

@@ -133,7 +133,9 @@ class Server:
         return self._answer()
 
     def _answer(self):
-        return json.loads(self._socket.recv(LONGEST))
+        answer = self._socket.recv(LONGEST)
+        assert answer, 'the process that forks has ended'
+        return json.loads(answer)
 
 
 @functools.cache

@@ -155,7 +155,7 @@ class Terminal:
         return [name for name, process in self._graph.processes.items() if process.poll() is None]
 
     def _start(self, name, *arguments):
-        if name == 'renderer':  # pictures are drawn all the time: small, where nothing else is said
+        if name == 'renderer':  # small pictures, where nothing else is said: it always draws
             arguments = (*SMALL, *arguments)
         # A bag's vertices are drawn where no wind announces frames, as the docs say.
         for other in (name, *(('wind', 'physics') if name == 'player' else ())):

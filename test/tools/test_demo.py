@@ -23,6 +23,7 @@ from flag_sim.parameters.config import config_path
 from flag_sim.tools import demo
 from PIL import Image
 import pytest
+from support.soak import SOAK
 import yaml
 
 
@@ -78,7 +79,7 @@ def test_time_that_the_demo_was_stopped_is_nobodys_fault():
     progress.bar.close()
 
 
-@pytest.mark.parametrize('stops', [False, True], ids=['at once', 'stopped for 3 s'])
+@pytest.mark.parametrize('stops', [True] + [False] * SOAK)
 def test_a_whole_bag_is_a_success_with_pictures(tmp_path, stops):
     """However late the demo's own process is: what counts is how the nodes end, and the bag."""
     shot = tmp_path / 'shot.yaml'
