@@ -152,7 +152,8 @@ def read_at_import(environment):
 
 def serve(descriptor):
     """Fork a process for each request until no more can come; become the program in a fork."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # of a terminal: it is for the tests
+    # Ctrl-C is for the tests; a fork gets what was sent to it before it was the program.
+    signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
     for name in IMPORTED:
         importlib.import_module(f'flag_sim.nodes.{name}')
     for name in [name for name in sys.modules if name.startswith(ANEW)]:
@@ -181,6 +182,7 @@ def become(log, arguments, folder, environment):
     for descriptor in (1, 2):
         os.dup2(log, descriptor)
     os.close(log)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGINT])
     os.chdir(folder)
     os.environ.clear()
     os.environ.update(environment)
