@@ -17,9 +17,9 @@ What the flag does to its pole: the force and the moment by which the hoist hold
 
 The hoist's nodes stay on the pole, which bears the sum of all forces on them: springs, bending,
 wind and weight (eq. 1.6). What it takes to move their own half cells, and the air around these,
-along with a pole that moves is left out. In plain numpy, as it is asked for once a frame; only the cells beside
-the hoist have a part in it. Where cloth is pressed against the pole beyond its hoist it pushes
-too; that is no force of the model, and is left out.
+along with a pole that moves is left out. In plain numpy, as it is asked for once a frame; only the
+cells beside the hoist have a part in it. Where cloth is pressed against the pole beyond its hoist
+it pushes too; that is no force of the model, and is left out.
 """
 from typing import NamedTuple
 

@@ -37,7 +37,7 @@ WHOLE = 16
 PIECE = SMALLEST_BAND
 """Nodes that are moved at once."""
 POSITION, VELOCITY, CHANGE, CHORD, TANGENT = range(0, 15, 3)
-"""Where the means of vectors begin: in a step, CHANGE is that of velocities by the other forces."""
+"""Where means of vectors begin; CHANGE is that of velocities by the other forces in a step."""
 
 
 class Stations(NamedTuple):

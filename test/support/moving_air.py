@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The inertia of the air that moves with a cloth in plain numpy, in the world and without limit."""
+"""The inertia of the air that moves with a cloth, in plain numpy, in the world, not limited."""
 import math
 
 from flag_sim.cloth.forces import Forcing
@@ -59,8 +59,7 @@ def accelerations(model: Model, forcing: Forcing, positions, velocities, other, 
     inertia = (np.pi / 4.0 * air.added_mass * air.density * mesh.width
                / model.material.area_density * total)
     b = np.einsum('jrc,jd->jrcd', share / total[:, None, None], n).reshape(count, -1)
-    b_free = (b.reshape(count, *positions.shape) * mesh.grid(mesh.free)[..., None]).reshape(b.shape)
-    by_mass = b_free / np.repeat(mass.ravel(), 3)
+    by_mass = b * np.repeat((mesh.grid(mesh.free) / mass).ravel(), 3)
     force = np.linalg.solve(np.eye(count) + inertia[:, None] * (by_mass @ b.T),
                             -inertia * (b @ other.ravel() + convection))
     return (by_mass.T @ force).reshape(positions.shape)
