@@ -17,111 +17,76 @@ The inertia of the air that moves with the cloth: Lighthill's reactive force, wi
 Air that a flag meets keeps, while it passes along the rows, the velocity across the cloth that it
 got on the way: the force on the cloth, per area and along its normal n, is
 
-    p = -M (a_n + u d(v_n)/ds + d(u w_n)/ds),    M = added_mass rho pi H / 4,
+    p = -M (n . a + u n . dv/ds + d(u n . w)/ds),    M = added_mass rho pi H / 4,
 
-with the acceleration a and velocity v of the cloth, the apparent wind -w = W - v, u its speed
-along the rows, s from hoist to fly, and ._n the part along n. For small waves y(x, t) in a wind U
+with the acceleration a and velocity v of the cloth, its velocity w = v - W against the air, the
+speed u of the air along the rows, and s from hoist to fly. For small waves y(x, t) in a wind U
 that is -M (d/dt + U d/dx)^2 y (Lighthill, Note on the swimming of slender fish, 1960; for flags
 Singh, Michelin and de Langre 2012, with the drag of aerodynamics beside it). M is the mean over
-the width H of 2 rho sqrt(H^2/4 - z^2) for added_mass 1, of waves much longer than H.
+the width H of 2 rho sqrt(H^2/4 - z^2) for added_mass 1, of waves much longer than H. It is the
+same in each frame of reference: a steady motion of all adds to v what it adds to W, and a turning
+one, with spin, spin x X to both v and the cloth's velocities in the frame.
 
-Air cannot follow waves much shorter than H. So v_n, w_n, u and n are taken at stations along the
-rows, at most STATION times H apart: means over the rows and over hats of two such lengths. A
-station where normals point everywhere, as the cloth is crumpled, has so much less added mass.
-Differences along the rows are upwind.
+Air cannot follow waves much shorter than H. So all of that is taken of whole strips of the cloth,
+at stations (see stations). A strip that is curled has a chord of less than H and a normal of less
+than 1, n . n times the added mass. Differences along the rows are upwind.
 
-a_n is that of the step itself. With f the forces at the stations, B the means, so that v_n = B v,
-and the cloth's mass m, f = -D (B a + c) and a = a_0 + m^-1 B^T f give
+a is that of the step itself. With f the forces at the stations, B v = n . v there, and the
+cloth's mass m, f = -D (B a + c) and a = a_0 + m^-1 B^T f give
 
     (1 + D B m^-1 B^T) f = -D (B a_0 + c),
 
-which is symmetric after scaling by the root of D, and has a row for each station: B m^-1 B^T does
-not depend on the normals. Springs see the cloth with the air's mass, so that no step becomes
-unstable by it.
+which is symmetric after scaling by the root of D, and has a row for each station. Springs see the
+cloth with the air's mass, so that no step becomes unstable by it.
 
-In a step the force may add to the cloth's energy what a drag coefficient of 1 on the whole cloth
-would take from the wind, but no more than that of the cloth at the wind's speed; beyond, it is
-weakened. In calm air it only takes energy.
+In a step the force may add to the cloth's energy, as it is seen from the pole, what a drag
+coefficient of 1 on the whole cloth would take from the wind, but no more than that of the cloth at
+the wind's speed; beyond, it is weakened. In calm air it only takes energy.
 """
 import math
 from typing import NamedTuple
 
-from flag_sim.cloth.material import Air
-from flag_sim.cloth.mesh import LEAST_AREA2, LEAST_LENGTH2
+from flag_sim.cloth.forces import Forcing
 from flag_sim.cloth.model import Model
-from flag_sim.cloth.records import Band, NEXT, Nodes, Sheet, Vector
-from flag_sim.jit.kernels import lean_kernel, shared_kernel, wide_kernel
+from flag_sim.cloth.records import Band, Nodes, Sheet, Vector
+from flag_sim.cloth.stations import (
+    CHANGE, CHORD, kick, POSITION, set_kicks, Stations, sum_columns, take_means, TANGENT, VELOCITY)
+from flag_sim.jit.kernels import lean_inner_kernel, lean_kernel, shared_kernel
 from flag_sim.parallel.barrier import wait
 import numpy as np
-
-STATION = 0.2
-"""Greatest distance of stations, by the width; so a hat is at most 0.4 of it wide."""
-MOST_STATIONS = 33
-"""On a long flag they are farther apart; and there are no more than columns."""
-
-
-class Stations(NamedTuple):
-    """The stations of a model along its rows, and arrays to compute in."""
-
-    hat: np.ndarray         # (columns,): the first of the two stations of a column
-    part: np.ndarray        # (columns,): the share of the second
-    mass: np.ndarray        # (stations,): of the cloth at each [kg]
-    compliance: np.ndarray  # (stations, stations): B m^-1 B^T [1/kg]
-    column: np.ndarray      # flat: of each node
-    free: np.ndarray        # flat: 1 where a node moves, 0 at pins and ghosts
-    seen: tuple             # six flat fields: n, v_n before and after the step, u
-    sums: tuple             # six (columns,): sums of the same over rows, times the mass
-    means: np.ndarray       # (stations, 6): means of the same
-    matrix: np.ndarray      # (stations, stations)
-    force: np.ndarray       # (stations,) [N]
-    kick: np.ndarray        # (columns,): change of velocity along n [m/s]
-
-    @classmethod
-    def of(cls, model: Model) -> 'Stations':
-        """Return the stations of a model."""
-        mesh = model.mesh
-        count = math.ceil(mesh.length / (STATION * mesh.width) - 1e-9) + 1
-        count = min(count, mesh.columns, MOST_STATIONS)
-        at = np.linspace(0.0, count - 1.0, mesh.columns)
-        hat = np.minimum(at.astype(np.int64), count - 2)
-        shares = np.zeros((count, mesh.columns))
-        shares[hat, np.arange(mesh.columns)] = 1.0 - (at - hat)
-        shares[hat + 1, np.arange(mesh.columns)] = at - hat
-        own = mesh.grid(model.mass).sum(axis=0).astype(float)
-        moving = (mesh.grid(model.mass) * mesh.grid(mesh.free)).sum(axis=0).astype(float)
-        mass = shares @ own
-        number = mesh.pad(np.ones((mesh.rows, mesh.columns))).dtype
-        column = np.zeros(mesh.size, np.int64)
-        mesh.grid(column)[...] = np.arange(mesh.columns)
-        return cls(hat, at - hat, mass, (shares * moving) @ shares.T / np.outer(mass, mass),
-                   column, mesh.free, tuple(mesh.fields(6)), tuple(np.zeros((6, mesh.columns))),
-                   np.zeros((count, 6)), np.zeros((count, count)), np.zeros(count),
-                   np.zeros(mesh.columns, number))
 
 
 class AddedMass(NamedTuple):
     """The air that moves with a cloth, in numbers for kernels."""
 
     stations: Stations
-    ratio: float    # M by the cloth's mass per area
-    wind: Vector    # W [m/s]
-    spacing: float  # of stations [m]
-    power: float    # the most that the cloth's energy may gain [W]
-    energy: float   # the most that it may gain in a step [J]
+    ratio: float         # M by the cloth's mass per area
+    wind: Vector         # W where positions are measured from [m/s]
+    spin: Vector         # of the frame of reference [rad/s]
+    spacing: float       # of stations [m]
+    power: float         # the most that the cloth's energy may gain [W]
+    energy: float        # the most that it may gain in a step [J]
     rows: np.uint64
-    first: np.uint64  # node of the mesh
+    grid: Band           # all nodes
+    matrix: np.ndarray   # (stations, stations), to compute in
+    force: np.ndarray    # (stations,) [N], to compute in
+    normals: np.ndarray  # (stations, 3), to compute in
 
     @classmethod
-    def of(cls, stations: Stations, model: Model, air: Air, wind: Vector) -> 'AddedMass':
-        """Return the added mass of a model in a wind (x, y, z) [m/s]."""
-        mesh = model.mesh
+    def of(cls, stations: Stations, model: Model, forcing: Forcing) -> 'AddedMass':
+        """Return the added mass of a model under a forcing."""
+        mesh, air, count = model.mesh, forcing.air, len(stations.mass)
         inertia = 0.25 * math.pi * air.added_mass * air.density * mesh.width
-        speed = math.sqrt(sum(float(part)**2 for part in wind))
-        return cls(stations, inertia / model.material.area_density,
-                   tuple(float(part) for part in wind), mesh.length / (len(stations.mass) - 1),
+        wind = np.asarray(forcing.wind) - np.cross(forcing.spin, forcing.lever)
+        if air.law == 'seed':
+            wind = wind - forcing.drift
+        # Of the strongest wind that any part of the cloth meets.
+        speed = math.hypot(*wind) + math.hypot(*forcing.spin) * mesh.length
+        return cls(stations, inertia / model.material.area_density, tuple(wind.tolist()),
+                   tuple(float(part) for part in forcing.spin), mesh.length / (count - 1),
                    0.5 * air.density * speed**3 * mesh.length * mesh.width,
-                   0.5 * float(stations.mass.sum()) * speed**2,
-                   np.uint64(mesh.rows), np.uint64(mesh.first))
+                   0.5 * float(stations.mass.sum()) * speed**2, np.uint64(mesh.rows), mesh.band(),
+                   np.zeros((count, count)), np.zeros(count), np.zeros((count, 3)))
 
 
 @shared_kernel
@@ -130,107 +95,81 @@ def add_inertia_of_air(nodes: Nodes, nodes_out: Nodes, sheet: Sheet, air: AddedM
     """
     Change velocities and positions after a step [s] by what the air's inertia makes of them.
 
-    nodes: before the step. nodes_out: after it without this force, then with it.
+    nodes: before the step. nodes_out: after it by all other forces, then by this one, too; not
+    yet turned with the frame (see turning), nor brought back by the pole.
     """
-    stations = air.stations
-    _see(nodes, nodes_out, sheet.weights, air.wind, stations.seen, band)
+    sum_columns(nodes, nodes_out, sheet.mass, air.stations.sums, air.rows, air.grid, band)
     wait(barrier)
-    if air.first == band.first < band.last:  # one thread alone: that of the first nodes
-        _take_means(sheet.mass, stations, air.rows, air.first, band.stride)
-        _set_matrix_and_force(air, stations.means, float(dt))
-        _solve(stations.matrix, stations.force)
-        _set_kick(air, stations.means, float(dt))
+    if air.grid.first == band.first < band.last:  # one thread alone: that of the first nodes
+        take_means(nodes, air.stations, air.rows, air.grid)
+        _set_forces(air, float(dt))
+        _set_matrix(air)
+        _solve(air.matrix, air.force)
+        _set_changes(air, float(dt))
+        set_kicks(air.stations, air.normals)
     wait(barrier)
-    _kick(nodes_out, stations.seen, stations, dt, band)
+    kick(nodes_out, air.stations.kicks, dt, air.grid, band)
 
 
-@wide_kernel
-def _see(nodes, nodes_out, weights, wind, seen, band):
-    """Fill seen: normals, velocities along them before and after a step, wind along the rows."""
-    x, y, z = nodes.position
-    vx, vy, vz = nodes.velocity
-    vx_out, vy_out, vz_out = nodes_out.velocity
-    nx, ny, nz, before, after, flow = seen
-    number = x.dtype.type
-    wx, wy, wz = number(wind[0]), number(wind[1]), number(wind[2])
-    first, last, stride = band
-    for i in range(first, last):
-        e, w, s, n = i + NEXT, i - NEXT, i + stride, i - stride
-        a, b, c, d = weights.across[i], weights.across[w], weights.down[i], weights.down[n]
-        ax = a * (x[e] - x[i]) + b * (x[i] - x[w])
-        ay = a * (y[e] - y[i]) + b * (y[i] - y[w])
-        az = a * (z[e] - z[i]) + b * (z[i] - z[w])
-        dx = c * (x[s] - x[i]) + d * (x[i] - x[n])
-        dy = c * (y[s] - y[i]) + d * (y[i] - y[n])
-        dz = c * (z[s] - z[i]) + d * (z[i] - z[n])
-        px, py, pz = ay * dz - az * dy, az * dx - ax * dz, ax * dy - ay * dx
-        area = math.sqrt(max(px * px + py * py + pz * pz, number(LEAST_AREA2)))
-        long = math.sqrt(max(ax * ax + ay * ay + az * az, number(LEAST_LENGTH2)))
-        inverse = number(1.0) / (area * long)  # one division serves both
-        px, py, pz = px * (inverse * long), py * (inverse * long), pz * (inverse * long)
-        nx[i], ny[i], nz[i] = px, py, pz
-        before[i] = vx[i] * px + vy[i] * py + vz[i] * pz
-        after[i] = vx_out[i] * px + vy_out[i] * py + vz_out[i] * pz
-        flow[i] = (((wx - vx[i]) * ax + (wy - vy[i]) * ay + (wz - vz[i]) * az)
-                   * (inverse * area))
+@lean_inner_kernel
+def _vector(mean, begin):
+    return mean[begin], mean[begin + 1], mean[begin + 2]
 
 
-@wide_kernel
-def _add_rows(mass, values, sums, rows, first, stride):
-    """Set sums (columns,) to the sums of mass times values over rows, from top to bottom."""
-    columns = np.uint64(len(sums))
-    for column in range(columns):
-        sums[column] = 0.0
-    for row in range(rows):
-        begin = first + row * stride
-        for column in range(columns):
-            sums[column] += mass[begin + column] * np.float64(values[begin + column])
+@lean_inner_kernel
+def _dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@lean_inner_kernel
+def _cross(a, b):
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@lean_inner_kernel
+def _within_one(a):
+    """Return a vector, no longer than 1: strips that are stretched do not have more air."""
+    size = math.sqrt(max(_dot(a, a), 1.0))
+    return a[0] / size, a[1] / size, a[2] / size
 
 
 @lean_kernel
-def _take_means(mass, stations, rows, first, stride):
-    """Set stations.means to means of what was seen, weighted by mass; always in one order."""
-    means = stations.means
-    means[...] = 0.0
-    for axis in range(6):
-        sums = stations.sums[axis]
-        _add_rows(mass, stations.seen[axis], sums, rows, first, stride)
-        for column in range(len(sums)):
-            hat, part = stations.hat[column], stations.part[column]
-            means[hat, axis] += (1.0 - part) * sums[column]
-            means[hat + 1, axis] += part * sums[column]
-    for station in range(len(stations.mass)):
-        for axis in range(6):
-            means[station, axis] /= stations.mass[station]
-
-
-@lean_kernel
-def _set_matrix_and_force(air, means, dt):
-    """Set the symmetric matrix and its right side: see the module's last formula."""
-    matrix, force, mass = air.stations.matrix, air.stations.force, air.stations.mass
-    compliance = air.stations.compliance
-    wx, wy, wz = air.wind
-    upwind_flow = upwind_v = upwind_w = 0.0
-    for j in range(len(mass)):
-        nx, ny, nz, before, after, flow = means[j]
-        flow = max(flow, 0.0)  # none where the cloth is blown backwards
-        w = before - (wx * nx + wy * ny + wz * nz)
+def _set_forces(air, dt):
+    """Set the normals, and the right side of the system by the root of D: see the module."""
+    means, normals, force = air.stations.means, air.normals, air.force
+    upwind_flow = upwind_w = 0.0
+    before = 0.0, 0.0, 0.0
+    for j in range(len(force)):
+        mean = means[j]
+        along = _within_one(_vector(mean, TANGENT))
+        n = _within_one(_cross(along, _vector(mean, CHORD)))
+        turning = _cross(air.spin, _vector(mean, POSITION))
+        v = mean[VELOCITY] + turning[0], mean[VELOCITY + 1] + turning[1], \
+            mean[VELOCITY + 2] + turning[2]
+        against = v[0] - air.wind[0], v[1] - air.wind[1], v[2] - air.wind[2]
+        flow = max(-_dot(against, along), 0.0)  # none where the cloth is blown backwards
+        w = _dot(n, against)
         convection = 0.0
         if j > 0:
-            convection = flow * (before - upwind_v) + flow * w - upwind_flow * upwind_w
+            growth = v[0] - before[0], v[1] - before[1], v[2] - before[2]
+            convection = flow * _dot(n, growth) + flow * w - upwind_flow * upwind_w
             # No more than the air can pass in a step.
             convection /= air.spacing + 2.0 * flow * dt
-        upwind_flow, upwind_v, upwind_w = flow, before, w
-        root = math.sqrt(air.ratio * mass[j] * (nx * nx + ny * ny + nz * nz))
-        force[j] = -root * ((after - before) / dt + convection)
-        matrix[j, j] = root
+        upwind_flow, upwind_w, before = flow, w, v
+        normals[j, 0], normals[j, 1], normals[j, 2] = n
+        force[j] = -math.sqrt(air.ratio * air.stations.mass[j]) * (
+            _dot(n, _vector(mean, CHANGE)) / dt + convection)
+
+
+@lean_kernel
+def _set_matrix(air):
+    """Set the lower triangle of the symmetric matrix 1 + D^1/2 B m^-1 B^T D^1/2."""
+    matrix, mass, normals = air.matrix, air.stations.mass, air.normals
     for j in range(len(mass)):
-        for i in range(j):
-            matrix[j, i] = matrix[j, j] * compliance[j, i] * matrix[i, i]
-    for j in range(len(mass)):
-        root = matrix[j, j]
-        means[j, 0] = root
-        matrix[j, j] = 1.0 + root * compliance[j, j] * root
+        for i in range(j + 1):
+            matrix[j, i] = (air.ratio * math.sqrt(mass[j] * mass[i])
+                            * air.stations.compliance[j, i] * _dot(normals[j], normals[i]))
+        matrix[j, j] += 1.0
 
 
 @lean_kernel
@@ -256,42 +195,26 @@ def _solve(matrix, force):
 
 
 @lean_kernel
-def _set_kick(air, means, dt):
-    """Set the kicks by the scaled forces in stations.force, no stronger than air.power allows."""
-    stations = air.stations
-    force, compliance, mass = stations.force, stations.compliance, stations.mass
-    for j in range(len(mass)):
-        force[j] *= means[j, 0]
+def _set_changes(air, dt):
+    """Turn normals into changes of velocity [m/s], by forces no stronger than power allows."""
+    means, normals, force = air.stations.means, air.normals, air.force
+    compliance, mass = air.stations.compliance, air.stations.mass
+    for j in range(len(force)):
+        force[j] *= math.sqrt(air.ratio * mass[j])
     # The energy that the cloth gains is theta (linear + theta quadratic / 2): the work on the mean
     # of the velocities before and after. By just that symplectic steps change what they conserve.
     linear = quadratic = 0.0
-    for j in range(len(mass)):
-        linear += dt * force[j] * 0.5 * (means[j, 3] + means[j, 4])
-        for i in range(len(mass)):
-            quadratic += dt * dt * force[j] * compliance[j, i] * force[i]
+    for j in range(len(force)):
+        n = normals[j]
+        linear += dt * force[j] * (_dot(n, _vector(means[j], VELOCITY))
+                                   + 0.5 * _dot(n, _vector(means[j], CHANGE)))
+        for i in range(len(force)):
+            quadratic += (dt * dt * force[j] * compliance[j, i] * force[i]
+                          * _dot(n, normals[i]))
     most, theta = min(air.power * dt, air.energy), 1.0
     if linear + 0.5 * quadratic > most:
         root = math.sqrt(linear * linear + 2.0 * quadratic * most)
         theta = 2.0 * most / (linear + root) if linear > 0.0 else (root - linear) / quadratic
-    for column in range(len(stations.hat)):
-        hat, part = stations.hat[column], stations.part[column]
-        stations.kick[column] = theta * dt * ((1.0 - part) * force[hat] / mass[hat]
-                                              + part * force[hat + 1] / mass[hat + 1])
-
-
-@wide_kernel
-def _kick(nodes_out, seen, stations, dt, band):
-    """Add the kicks to velocities, and what they move in a step to positions."""
-    x, y, z = nodes_out.position
-    vx, vy, vz = nodes_out.velocity
-    nx, ny, nz = seen[0], seen[1], seen[2]
-    first, last, _ = band
-    for i in range(first, last):
-        kick = stations.free[i] * stations.kick[stations.column[i]]
-        kx, ky, kz = kick * nx[i], kick * ny[i], kick * nz[i]
-        vx[i] += kx
-        vy[i] += ky
-        vz[i] += kz
-        x[i] += dt * kx
-        y[i] += dt * ky
-        z[i] += dt * kz
+    for j in range(len(force)):
+        for axis in range(3):
+            normals[j, axis] *= theta * dt * force[j] / mass[j]

@@ -40,6 +40,7 @@ class Forcing(NamedTuple):
     up: Vector = (0.0, 0.0, 1.0)     # a unit vector
     spin: Vector = (0.0, 0.0, 0.0)   # of the pole, in whose frame all of this is [rad/s]
     lever: Vector = (0.0, 0.0, 0.0)  # from what it turns about to the positions' origin [m]
+    drift: Vector = (0.0, 0.0, 0.0)  # the pole's velocity, where wind is not past the pole [m/s]
 
 
 class Coefficients(NamedTuple):

@@ -170,11 +170,13 @@ class PoleFrame(NamedTuple):
         """Return a forcing of the world as it is in this frame."""
         if self.is_world:
             return forcing
-        wind = np.asarray(forcing.wind)
-        if forcing.air.law != 'seed':  # which does not ask what the wind blows past
+        wind, drift = np.asarray(forcing.wind), np.zeros(3)
+        if forcing.air.law == 'seed':  # which does not ask what the wind blows past
+            drift = self.velocity
+        else:
             wind = wind - self.velocity
         return forcing._replace(wind=self.direction(wind), up=self.direction(forcing.up),
-                                spin=tuple(self.spin.tolist()))
+                                spin=tuple(self.spin.tolist()), drift=self.direction(drift))
 
     def own(self, positions: np.ndarray, velocities: np.ndarray | None, mesh: Mesh) -> tuple:
         """Return what State.place takes of positions and velocities in the world."""

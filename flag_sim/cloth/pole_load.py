@@ -15,10 +15,11 @@
 """
 What the flag does to its pole: the force and the moment by which the hoist holds it.
 
-The hoist's nodes do not move, so the pole bears the sum of all forces on them: springs, bending,
-wind and weight (eq. 1.6). In plain numpy, as it is asked for once a frame; only the cells beside
-the hoist have a part in it. Where cloth is pressed against the pole beyond its hoist it pushes
-too; that is no force of the model, and is left out.
+The hoist's nodes stay on the pole, which bears the sum of all forces on them: springs, bending,
+wind and weight (eq. 1.6). What it takes to move their own half cells, and the air around these,
+along with a pole that moves is left out. In plain numpy, as it is asked for once a frame; only the
+cells beside the hoist have a part in it. Where cloth is pressed against the pole beyond its hoist
+it pushes too; that is no force of the model, and is left out.
 """
 from typing import NamedTuple
 
@@ -56,7 +57,8 @@ def pole_load(cloth: Cloth, wind: Vector) -> PoleLoad:
     force = _springs(cloth.model, *beside) + _bending(cloth.model, beside[0])
     force += _wind(*beside, wind, cloth.air)
     force[:, 2] -= cloth.mesh.grid(cloth.model.mass)[:, 0] * cloth.gravity           # eq. 1.1
-    arm = beside[0][:, 0] - cloth.hoist_top
+    pose = cloth.pose
+    arm = beside[0][:, 0] - (pose[:3, :3] @ cloth.hoist_top + pose[:3, 3])
     return PoleLoad(force.sum(axis=0), np.cross(arm, force).sum(axis=0))
 
 

@@ -15,14 +15,19 @@
 import math
 
 from flag_sim.cloth import Air, Cloth, Material, Stepping
-from flag_sim.cloth.added_mass import Stations
+from flag_sim.cloth.added_mass import AddedMass
+from flag_sim.cloth.drag import DRAG_LAWS
 from flag_sim.cloth.energy import kinetic_energy
+from flag_sim.cloth.forces import Forcing
 from flag_sim.cloth.mesh import PRECISIONS
 from flag_sim.cloth.model import Model
+from flag_sim.cloth.pole_frame import PoleFrame
 from flag_sim.cloth.solvers import SOLVERS
+from flag_sim.cloth.stations import Stations
 from flag_sim.declarations.physics import check_method, PHYSICS
 import numpy as np
 import pytest
+from support import moving_air
 from support.forces import crumpled
 
 LIMP = Material(0.5, 0.0, 0.0, 0.0, 0.0)
@@ -54,6 +59,36 @@ def test_a_level_sheet_falls_with_the_air_below_it(grid, precision):
     tolerance = {'float64': 1e-9, 'float32': 1e-4}[precision]
     np.testing.assert_allclose(cloth.velocities[..., 2], expected, rtol=tolerance)
     np.testing.assert_allclose(cloth.velocities[..., :2], 0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize('grid, precision', [
+    ((21, 31), 'float64'), ((21, 31), 'float32'), ((5, 2), 'float64'), ((2, 40), 'float64')])
+def test_a_step_is_that_in_plain_numpy(grid, precision):
+    """What the term adds to velocities of a crumpled cloth, its hoist pinned."""
+    wind, dt = (3.0, -1.0, 0.5), 1e-5
+    plain, moving = (Cloth(*grid, air=Air(added_mass=share), precision=precision)
+                     for share in (0.0, 0.6))
+    at = crumpled(plain.mesh)
+    for cloth in (plain, moving):
+        cloth.place(*at)
+        cloth.advance(dt, wind)
+    velocities = at[1] * plain.mesh.grid(plain.mesh.free)[..., None]
+    expected = moving_air.accelerations(
+        plain.model, Forcing(wind, air=moving.air), at[0], velocities,
+        (plain.velocities - velocities) / dt, dt)
+    found = (moving.velocities - plain.velocities) / dt
+    close = {'float64': 1e-6, 'float32': 1e-2}[precision]
+    np.testing.assert_allclose(found, expected, atol=close * np.abs(expected).max())
+
+
+@pytest.mark.parametrize('law', DRAG_LAWS)
+def test_the_wind_is_that_past_the_pole_by_every_law(law):
+    """Also where the drag itself knows no motion."""
+    model = Model(Cloth(5, 7).mesh, Material())
+    forcing = Forcing((6.0, 2.0, 0.5), air=Air(law=law, added_mass=0.5))
+    moving = PoleFrame(velocity=np.array([1.0, -3.0, 0.25]))
+    air = AddedMass.of(Stations.of(model), model, moving.seen(forcing))
+    np.testing.assert_allclose(air.wind, (5.0, 5.0, 0.25))
 
 
 def pressure(columns, width):

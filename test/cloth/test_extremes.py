@@ -24,6 +24,7 @@ from flag_sim.cloth.energy import bending_energy, elastic_energy, kinetic_energy
 from flag_sim.cloth.mesh import PRECISIONS
 from flag_sim.cloth.model import Model
 from flag_sim.cloth.solvers import SOLVERS
+from flag_sim.cloth.turning import rotation
 import numpy as np
 import pytest
 from support.flags import nearest
@@ -144,6 +145,27 @@ def test_random_extremes_stay_bounded(solver, part, precision):
 def test_random_extremes_with_air_that_moves_along_stay_bounded(part):
     """The same of the inertia of the air, whose power on the cloth is bounded."""
     fly_extremes(part, 'symplectic', PRECISIONS[part % 2], random_air_along)
+
+
+@pytest.mark.parametrize('part', range(2))
+def test_random_extremes_on_a_pole_that_moves_stay_bounded(part):
+    """Driven, turned and felled at random, with air that moves along: finite and within reach."""
+    rng = np.random.default_rng(100 + part)
+    for _ in range(EXTREMES // 10):
+        shape = rng.integers(2, 12), rng.integers(2, 20), *10.0**rng.uniform(-1.0, 1.0, 2)
+        material, stepping = random_parameters(rng, *shape)
+        law = rng.choice(['quadratic', 'linear'])  # the letter of 1.3 may fling a cloth away
+        cloth = Cloth(*shape, material=material, stepping=stepping, stretch_limit=0.5,
+                      air=dataclasses.replace(random_air_along(rng), law=law),
+                      precision=PRECISIONS[part])
+        dt, wind = 10.0**rng.uniform(-4.0, -1.0), random_wind(rng)
+        for _ in range(6):
+            pose = cloth.pose
+            pose[:3, 3] += dt * random_wind(rng)
+            pose[:3, :3] = pose[:3, :3] @ rotation(dt * random_wind(rng))
+            cloth.advance(dt, wind, pose)
+            assert np.isfinite(cloth.positions).all() and np.isfinite(cloth.velocities).all()
+            assert reach(cloth) <= 1.5 * (1.0 + rounded(cloth))
 
 
 def fly_extremes(part, solver, precision, air_of):

@@ -16,46 +16,64 @@
 from flag_sim.cloth import Air, Cloth, Material
 from flag_sim.cloth.forces import Forcing
 from flag_sim.cloth.pole_load import pole_load
+from flag_sim.drawing.transforms import rotate_y, rotate_z, translate
 import numpy as np
 import pytest
+from support import moving_air
 from support.forces import crumpled, forces
 
 WIND = (7.0, 4.0, 1.0)
 
 
-def moved(**arguments):
-    """Return a cloth in the midst of its motion."""
+def still(time):
+    """Return the pose of a pole that stands."""
+    return np.eye(4)
+
+
+def swaying(time):
+    """Return the pose of a pole that drives, turns and leans."""
+    return translate((2.0 * time, -time * time, 0.0)) @ rotate_z(1.5 * time) @ rotate_y(0.3 * time)
+
+
+def moved(way=still, **arguments):
+    """Return a cloth in the midst of its motion, on a pole on its way for a second."""
     cloth = Cloth(9, 13, start_noise=0.02, **arguments)
-    for _ in range(30):
-        cloth.advance(1 / 30, WIND)
+    for frame in range(1, 31):
+        cloth.advance(1 / 30, WIND, way(frame / 30))
     return cloth
 
 
-def momenta(cloth):
-    """Return the momentum [N s] of a cloth and its moment about the upper hoist corner."""
-    p = cloth.mesh.grid(cloth.model.mass)[..., None] * cloth.velocities
-    arm = cloth.positions - cloth.hoist_top
-    return p.sum(axis=(0, 1)), np.cross(arm, p).sum(axis=(0, 1))
+def momenta(cloth, centre):
+    """Return the momentum [N s] of the nodes that are not pinned, and its moment."""
+    p = cloth.mesh.grid(cloth.model.mass * cloth.mesh.free)[..., None] * cloth.velocities
+    return p.sum(axis=(0, 1)), np.cross(cloth.positions - centre, p).sum(axis=(0, 1))
 
 
-def outside(cloth):
-    """Return the force [N] of wind and weight on a cloth, and its moment."""
+def outside(cloth, centre):
+    """Return the force [N] of wind, weight and the air's inertia on a cloth, and its moment."""
     mass = cloth.mesh.grid(cloth.model.mass)[..., None]
-    force = forces(cloth.model, cloth.positions, cloth.velocities, WIND, 0.0, cloth.air) - forces(
-        cloth.model, cloth.positions, cloth.velocities) + mass * [0.0, 0.0, -cloth.gravity]
-    arm = cloth.positions - cloth.hoist_top
-    return force.sum(axis=(0, 1)), np.cross(arm, force).sum(axis=(0, 1))
+    model, at = moving_air.unpinned(cloth.model), (cloth.positions, cloth.velocities)
+    force = forces(model, *at, WIND, 0.0, cloth.air) - forces(model, *at)
+    force += mass * [0.0, 0.0, -cloth.gravity]
+    if cloth.air.added_mass:
+        force += mass * moving_air.momentary(cloth.model, Forcing(WIND, air=cloth.air), *at)
+    return force.sum(axis=(0, 1)), np.cross(at[0] - centre, force).sum(axis=(0, 1))
 
 
-@pytest.mark.parametrize('law', ['quadratic', 'linear', 'seed'])
-def test_it_is_what_changes_the_momentum_beside_wind_and_weight(law):
+@pytest.mark.parametrize('way', [still, swaying])
+@pytest.mark.parametrize('air', [
+    Air(), Air(law='linear'), Air(law='seed'), Air(added_mass=0.5)], ids=str)
+def test_it_is_what_changes_the_momentum_beside_air_and_weight(air, way):
     """Force and moment over a frame of a microsecond, by the mean of its ends."""
-    cloth = moved(air=Air(law=law))
-    before, loads, acting, dt = momenta(cloth), [pole_load(cloth, WIND)], [outside(cloth)], 1e-6
-    cloth.advance(dt, WIND)
+    cloth, dt = moved(way, air=air), 1e-6
+    cloth.advance(dt, WIND, way(1.0 + dt))
+    centre = cloth.positions[0, 0]
+    before, loads = momenta(cloth, centre), [pole_load(cloth, WIND)]
+    acting = [outside(cloth, centre)]
+    cloth.advance(dt, WIND, way(1.0 + 2.0 * dt))
     loads.append(pole_load(cloth, WIND))
-    acting.append(outside(cloth))
-    for k, after in enumerate(momenta(cloth)):
+    acting.append(outside(cloth, centre))
+    for k, after in enumerate(momenta(cloth, centre)):
         change = (after - before[k]) / dt
         expected = 0.5 * (acting[0][k] + acting[1][k]) - change
         load = 0.5 * (loads[0][k] + loads[1][k])

@@ -16,10 +16,10 @@
 import math
 from typing import NamedTuple
 
-from flag_sim.cloth.added_mass import add_inertia_of_air, AddedMass, Stations
+from flag_sim.cloth.added_mass import add_inertia_of_air, AddedMass
 from flag_sim.cloth.aerodynamics import node_wind_force
 from flag_sim.cloth.bending import bending_force
-from flag_sim.cloth.collision import collide, constrain_nodes
+from flag_sim.cloth.collision import collide
 from flag_sim.cloth.forces import begin_element_forces, Forcing
 from flag_sim.cloth.material import Air
 from flag_sim.cloth.mesh import SMALLEST_BAND
@@ -28,6 +28,7 @@ from flag_sim.cloth.records import Band, NEXT, Vector
 from flag_sim.cloth.solvers.solver import ONE_THREAD, Solver
 from flag_sim.cloth.springs import spring_force
 from flag_sim.cloth.state import State
+from flag_sim.cloth.stations import Stations
 from flag_sim.jit.kernels import inner_kernel, shared_kernel, wide_kernel
 from flag_sim.parallel.barrier import wait
 from flag_sim.parallel.thread_pool import ThreadPool
@@ -93,8 +94,12 @@ def _move(nodes, nodes_out, tensions, moments, faces, sheet, factors, band):
 
 
 @shared_kernel
-def _move_band(nodes, nodes_out, sheet, coefficients, work, factors, band):
-    """Move the nodes of a band by all forces, to where pole and attachment let them be."""
+def _move_band(nodes, nodes_out, sheet, coefficients, work, factors, scratch, band):
+    """
+    Move the nodes of a band by all forces, to where pole and attachment let them be.
+
+    scratch: where air moves along, its inertia comes first.
+    """
     tensions, moments, faces = work.tensions, work.moments, work.faces
     is_bent, is_blown = max(coefficients.bend) > 0.0, coefficients.wind.drag > 0.0
     # The sum of the forces on each node, with its weight; the node's new velocity and position.
@@ -107,7 +112,8 @@ def _move_band(nodes, nodes_out, sheet, coefficients, work, factors, band):
     else:
         _move(nodes, nodes_out, tensions, None, None, sheet, factors, band)
     # The pole, and the attachment to the hoist.
-    collide(nodes, nodes_out, coefficients.limits, work.contact, band)
+    if scratch is None:
+        collide(nodes, nodes_out, coefficients.limits, work.contact, band)
 
 
 @inner_kernel
@@ -138,20 +144,20 @@ def _take_steps(nodes, nodes_out, sheet, coefficients, work, scratch, steps, ban
             begin = strip.last
             if is_large and begin > moved + margin and begin < last:
                 ready = _strip(moved, begin - margin, band)
-                _move_band(nodes, nodes_out, sheet, coefficients, work, factors, ready)
+                _move_band(nodes, nodes_out, sheet, coefficients, work, factors, scratch, ready)
                 moved = ready.last
         wait(work.barrier)
         # The other nodes need elements of the bands before and after, too.
         if inner > first:
-            _move_band(nodes, nodes_out, sheet, coefficients, work, factors,
+            _move_band(nodes, nodes_out, sheet, coefficients, work, factors, scratch,
                        _strip(first, inner, band))
-        _move_band(nodes, nodes_out, sheet, coefficients, work, factors,
+        _move_band(nodes, nodes_out, sheet, coefficients, work, factors, scratch,
                    _strip(moved, last, band))
         wait(work.barrier)
         # The air that moves with the cloth; scratch is None where none does.
         if scratch is not None:
             add_inertia_of_air(nodes, nodes_out, sheet, scratch, work.barrier, dt, band)
-            constrain_nodes(nodes.position, nodes_out, coefficients.limits, work.contact, band)
+            collide(nodes, nodes_out, coefficients.limits, work.contact, band)
             wait(work.barrier)
         nodes, nodes_out = nodes_out, nodes
 
@@ -187,7 +193,7 @@ class Symplectic(Solver):
         """Return the AddedMass under a forcing."""
         if self._stations is None:
             self._stations = Stations.of(self.model)
-        return AddedMass.of(self._stations, self.model, forcing.air, forcing.wind)
+        return AddedMass.of(self._stations, self.model, forcing)
 
     @classmethod
     def largest_step(cls, omega: float, gamma: float, air: Air) -> float:
