@@ -1,6 +1,5 @@
 # Everything happens in .venv, which is made once, and again whenever setup.py changes.
 PYTHON ?= python3
-SHOT ?= gust
 MINUTES ?= 5
 WORKERS ?= 2
 SOAK_MINUTES ?= 120
@@ -16,8 +15,8 @@ VENV_sourced = --system-site-packages
 READY = .venv/ready-$(ROS)
 
 help:
-	@echo 'make demo   film config/$(SHOT).yaml into out/demo (another shot: make demo SHOT=name)'
-	@echo 'make view   play config/$(SHOT).yaml live in a window, where all can be turned and keyed'
+	@echo 'make demo   film config/gust.yaml into out/demo (another shot: make demo SHOT=name)'
+	@echo 'make view   play config/turn.yaml live in a window, where all can be turned and keyed'
 	@echo 'make test   run all tests, in WORKERS=$(WORKERS) processes'
 	@echo 'make soak   run 2000 random extremes of the cloth for each method that promises to bear them,'
 	@echo '            finer grids, statistics of more flights, damaged files, 100000 hostile inputs'
@@ -39,10 +38,10 @@ COPIED = .venv/config-copied
 demo view test soak bench study: $(READY) $(COPIED)
 
 demo:
-	@.venv/bin/python -m flag_sim.tools.demo --shot '$(SHOT)'
+	@.venv/bin/python -m flag_sim.tools.demo $(if $(SHOT),--shot '$(SHOT)')
 
 view:
-	@.venv/bin/python -m flag_sim.tools.view --shot '$(SHOT)'
+	@.venv/bin/python -m flag_sim.tools.view $(if $(SHOT),--shot '$(SHOT)')
 
 test:
 	@.venv/bin/python -m pytest -rs -n '$(WORKERS)' --dist worksteal

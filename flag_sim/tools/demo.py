@@ -25,11 +25,14 @@ import time
 from flag_sim.parameters.arguments import given_path
 from flag_sim.parameters.config import config_path
 from flag_sim.tools.domains import NoDomain
-from flag_sim.tools.film import images_of, write_animation, write_contact_sheet, write_movie
+from flag_sim.tools.film import (
+    count_images, images_of, write_animation, write_contact_sheet, write_movie)
 from flag_sim.tools.graph import Graph
 from tqdm import tqdm
 import yaml
 
+SHOT = 'gust'
+"""What is filmed unless another is named: the shot that is made to be shown."""
 STALLED = 60.0
 """The demo gives up after this time without a new frame [s]."""
 FIRST_STALLED = 300.0
@@ -113,36 +116,38 @@ def film(shot: Path, frames: int, out: Path) -> int:
     for name in ('demo.mp4', 'demo.gif', 'demo.png'):
         (out / name).unlink(missing_ok=True)
     print(f'playing {shot.name}: {frames} frames through wind, physics, renderer and recorder')
-    print('(the first time, compiling the kernels takes up to half a minute)')
+    print('(the first time, compiling the kernels takes up to half a minute, longer where the '
+          'machine is busy)')
     try:
         is_whole, told = play(shot, frames, out)
     except NoDomain as error:
         print(error, file=sys.stderr)
         return 1
-    images = list(images_of(out / 'demo')) if is_whole else []
-    if len(images) != frames:
+    bag = out / 'demo'
+    if not is_whole or count_images(bag) != frames:
         print('the shot did not reach its end', file=sys.stderr)
         return 1
+    print('making the pictures', flush=True)
     made = {'demo': 'the bag: images, camera_info, vertices, parameters'}
     if importlib.util.find_spec('av'):
-        write_movie(images, out / 'demo.mp4')
+        write_movie(images_of(bag), out / 'demo.mp4')
         made['demo.mp4'] = 'the shot at its own speed and size'
-    write_animation(images, out / 'demo.gif')
-    write_contact_sheet(images, out / 'demo.png')
+    write_animation(images_of(bag), out / 'demo.gif')
+    write_contact_sheet(images_of(bag), frames, out / 'demo.png')
     made.update({'demo.gif': 'the shot at its own speed, smaller', 'demo.png': 'a contact sheet'})
     seconds = float(told.get('X_FLAG_SIM_SECONDS', 0.0))
     rate = f' at {frames / seconds:.0f} frames/s' if seconds else ''
     print(f'{frames} frames{rate}. Made:',
           *(f'  {str(out / name):{len(str(out)) + 10}} {what}' for name, what in made.items()),
-          f'See it again, where ROS is installed: ros2 bag play {out / "demo"}', sep='\n')
+          f'See it again, where ROS is installed: ros2 bag play {bag}', sep='\n')
     return 0
 
 
 def main(args: Sequence[str] | None = None) -> int:
     """Film a shot of config/; return the exit status."""
     parser = argparse.ArgumentParser(prog='demo', description=__doc__)
-    parser.add_argument('--shot', default='gust',
-                        help='a params file in config/, without .yaml (gust)')
+    parser.add_argument('--shot', default=SHOT,
+                        help=f'a params file in config/, without .yaml ({SHOT})')
     parser.add_argument('--out', type=given_path, default=Path('out'),
                         help='folder of what is made (out)')
     options = parser.parse_args(args)

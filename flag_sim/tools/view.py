@@ -27,6 +27,8 @@ from flag_sim.tools.domains import NoDomain
 from flag_sim.tools.graph import Graph
 from flag_sim.viewer.shot_files import shipped
 
+SHOT = 'turn'
+"""What is shown unless another is named: quick to draw, so that it follows every slider."""
 POLL_PERIOD = 0.1
 """How often to check whether the window is still there [s]."""
 LIVE = ('pace:=realtime', 'frames:=0', 'loop:=true', 'wait_for:=[renderer]')
@@ -66,8 +68,8 @@ def show(shot: Path, screenshot: Path | None, logs: Path,
 def main(args: Sequence[str] | None = None) -> int:
     """Show a shot or a preset of config/ in the window; return the exit status."""
     parser = argparse.ArgumentParser(prog='view', description=__doc__)
-    parser.add_argument('--shot', default='gust',
-                        help='a params file in config/, without .yaml (gust)')
+    parser.add_argument('--shot', default=SHOT,
+                        help=f'a params file in config/, without .yaml ({SHOT})')
     parser.add_argument('--screenshot', type=given_path, default=None,
                         help='PNG that is made of the window, which is then closed (none)')
     options = parser.parse_args(args)

@@ -14,6 +14,7 @@
 
 """The pre-roll: a cloth that begins anew has moved already, whatever began it."""
 from flag_sim.cloth import Cloth
+from flag_sim.declarations.factories import cloth_of
 from flag_sim.parameters.config import config_path
 from flag_sim.protocol.frames import FrameId
 from flag_sim.ros import messages
@@ -118,6 +119,6 @@ def test_no_shot_begins_with_a_board(domain, shot):
     with rclpy.init(args=['--ros-args', '--params-file', path], domain_id=domain):
         bench = Bench()
         assert bench.node.values['preroll'] >= 3.0
-        moved = bench.frame(0.0) - Cloth().positions
+        moved = bench.frame(0.0) - cloth_of(bench.node.values).positions
         bench.close()
     assert np.linalg.norm(moved, axis=-1).max() > 0.3

@@ -92,7 +92,7 @@ def test_a_shot_counts_in_a_namespace(tmp_path, domain):
     with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
         graph.start('wind', '-r', '__ns:=/cam1', '--params-file', str(config_path('gust.yaml')))
         wind = watcher.parameters_of('/cam1/wind')
-        assert watcher.get(wind, 'frames') == 180
+        assert watcher.get(wind, 'frames') == 360
         assert list(watcher.get(wind, 'tracks')) == ['wind.speed', 'wind.azimuth']
         assert 'meant' not in graph.log('wind')
 

@@ -35,7 +35,7 @@ def test_two_films_of_a_test_have_a_folder_each(film, monkeypatch):
 
 
 def test_a_flag(film, golden):
-    filmed = film(3, ['camera/image_raw', 'camera/labels/image_raw', 'vertices'], 'gust',
+    filmed = film(3, ['camera/image_raw', 'camera/labels/image_raw', 'vertices'], 'storm',
                   renderer={'width': 64, 'height': 48},
                   physics={'grid.columns': 5, 'grid.rows': 4})
     frames = list(filmed)

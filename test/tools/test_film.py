@@ -13,6 +13,8 @@
 # limitations under the License.
 
 """The film of a shot: colours that are near, and times that can be read."""
+import weakref
+
 import av
 from flag_sim.drawing import Camera, Light, Picture, Style
 from flag_sim.tools.film import write_animation, write_contact_sheet, write_movie
@@ -30,7 +32,7 @@ def sunrise():
     picture, frames = Picture(), []
     for number, part in enumerate(np.linspace(0.0, 1.0, 12)):
         sky = tuple((1.0 - part) * np.array(NIGHT) + part * np.array(DAY))
-        frame = picture.draw(wave(phase=number), None, Camera(400, 300),
+        frame = picture.draw(wave(phase=number), None, Camera(480, 360),
                              Light(intensity=part, ambient=0.1 + 0.25 * part),
                              style=Style(sky, samples=4))
         frames.append((number / 30.0, frame.colour.copy()))
@@ -56,16 +58,61 @@ def test_an_animation_shows_the_colours_of_every_frame(sunrise, tmp_path):
 @pytest.mark.parametrize('rate', [30.0, 59.94])
 def test_a_movie_has_every_frame_at_its_time_and_size(sunrise, tmp_path, rate):
     """Its colours are near, and odd sides grow by a pixel."""
-    frames = [(7.0 + number / rate, rgb[:299, :399]) for number, (_, rgb) in enumerate(sunrise)]
+    frames = [(7.0 + number / rate, rgb[:359, :479]) for number, (_, rgb) in enumerate(sunrise)]
     write_movie(frames, tmp_path / 'a.mp4')
     with av.open(str(tmp_path / 'a.mp4')) as movie:
+        assert float(movie.streams.video[0].average_rate) == pytest.approx(rate, rel=1e-4)
         shown = [(float(picture.pts * picture.time_base), picture.to_ndarray(format='rgb24'))
                  for picture in movie.decode(video=0)]
     assert [time for time, _ in shown] == pytest.approx(
         [number / rate for number in range(len(frames))], abs=1e-4)
     for (_, rgb), (_, picture) in zip(frames, shown):
-        assert picture.shape == (300, 400, 3)
-        assert np.abs(picture[:299, :399].astype(int) - rgb).mean() < 3.0
+        assert picture.shape == (360, 480, 3)
+        assert np.abs(picture[:359, :479].astype(int) - rgb).mean() < 3.0
+
+
+def test_a_movie_says_how_its_colours_are_coded(tmp_path):
+    """By BT.709 as its tags say, for a player that is told nothing guesses; worked out by hand."""
+    rgb = np.full((64, 64, 3), (70, 40, 120), np.uint8)
+    write_movie([(0.0, rgb)], tmp_path / 'a.mp4')
+    with av.open(str(tmp_path / 'a.mp4')) as movie:
+        codec = movie.streams.video[0].codec_context
+        tags = codec.colorspace, codec.color_primaries, codec.color_trc, codec.color_range
+        planes = next(movie.decode(video=0)).to_ndarray(format='yuv420p')
+    assert tags == (1, 1, 1, 1)
+    luma = rgb[0, 0] @ [0.2126, 0.7152, 0.0722]
+    blue, red = (120.0 - luma) / 1.8556, (70.0 - luma) / 1.5748
+    expected = 16.0 + 219.0 * luma / 255.0, *(128.0 + 224.0 * one / 255.0 for one in (blue, red))
+    assert planes[[30, 70, 90], 30] == pytest.approx(expected, abs=1.0)
+
+
+def test_a_movie_can_be_watched_while_it_loads(sunrise, tmp_path):
+    """Its table of contents stands before its pictures."""
+    write_movie(sunrise, tmp_path / 'a.mp4')
+    content = (tmp_path / 'a.mp4').read_bytes()
+    assert 0 < content.index(b'moov') < content.index(b'mdat')
+
+
+@pytest.mark.parametrize('write', [
+    write_movie, write_animation,
+    lambda frames, path: write_contact_sheet(frames, 40, path)], ids=['mp4', 'gif', 'png'])
+def test_a_film_is_never_in_memory_as_a_whole(tmp_path, write, request):
+    """However long it is: of the frames that were handed over, few are still held."""
+    alive, most = weakref.WeakSet(), [0]
+
+    class Picture(np.ndarray):
+        """An array that can be told from its equals."""
+
+        __hash__ = object.__hash__
+
+    def frames():
+        for number in range(40):
+            rgb = np.full((36, 48, 3), number, np.uint8).view(Picture)
+            alive.add(rgb)
+            most[0] = max(most[0], len(alive))
+            yield number / 60.0, rgb
+    write(frames(), tmp_path / f'a.{request.node.callspec.id}')
+    assert most[0] <= 4
 
 
 @pytest.mark.parametrize('sky', [(0, 0, 0), (255, 255, 255), (128, 128, 128), (25, 30, 60),
@@ -73,7 +120,7 @@ def test_a_movie_has_every_frame_at_its_time_and_size(sunrise, tmp_path, rate):
 def test_a_time_can_be_read_on_any_sky(sky, tmp_path):
     """Its figures are white, and black is around them."""
     frame = np.full((240, 320, 3), sky, np.uint8)
-    write_contact_sheet([(0.0, frame), (1.0, frame)], tmp_path / 'a.png')
+    write_contact_sheet([(0.0, frame), (1.0, frame)], 2, tmp_path / 'a.png')
     with Image.open(tmp_path / 'a.png') as sheet:
         label = np.asarray(sheet.convert('L')).astype(int)[:24, :80]
     assert np.sum(label > 240) > 20 and np.sum(label < 15) > 20
