@@ -31,7 +31,8 @@ from flag_sim.drawing.pixel_pass import shade_band, shade_sample
 from flag_sim.drawing.pixels import BAND, LANES, Region
 from flag_sim.drawing.polygon import new_polygon, Polygon
 from flag_sim.drawing.rasterizer import rasterize, RasterizerState, Target
-from flag_sim.drawing.surfaces import new_shading, Shading, Surfaces
+from flag_sim.drawing.segment import new_segment, Segment
+from flag_sim.drawing.surfaces import Surfaces
 from flag_sim.drawing.triangle_setup import Batch, new_batch
 from flag_sim.drawing.visibility import NO_FACE, write_faces
 from flag_sim.jit.kernels import late_kernel
@@ -45,7 +46,7 @@ class Buffers(NamedTuple):
     One thread's buffers, in which it draws one band after another.
 
     colour, depth, faces: see rasterizer.Target, of a band's rows and one more above and below,
-    `stride` pixels each; faces and shading are of size 0 if they are not wanted; in_band,
+    `stride` pixels each; faces and segment are of size 0 if they are not wanted; in_band,
     in_tiles: indices of triangles; tiles: see multisample; batch, polygon: memory for the
     rasterizer.
     """
@@ -53,7 +54,7 @@ class Buffers(NamedTuple):
     colour: np.ndarray
     depth: np.ndarray
     faces: np.ndarray
-    shading: Shading
+    segment: Segment
     in_band: np.ndarray
     in_tiles: np.ndarray
     tiles: Tiles
@@ -72,7 +73,7 @@ def new_buffers(width: int, triangles: int, has_samples: bool, has_faces: bool,
         np.empty(samples, np.uint32), np.empty(samples, np.float32),
         np.empty((2, samples), np.uint32))
     return Buffers(np.empty(pixels, np.uint32), np.empty(pixels, np.float32),
-                   np.empty(pixels * has_faces, np.uint32), new_shading(is_shaded),
+                   np.empty(pixels * has_faces, np.uint32), new_segment(is_shaded),
                    *np.empty((2, triangles + 1), np.int32), tiles, new_batch(), new_polygon(),
                    stride)
 
@@ -172,7 +173,7 @@ def _draw_samples(geometry, colours, indices, settings, own, buffers, rare):
     tiles, samples, stride = buffers.tiles, settings.pattern.shape[0], own.stride
     top, rows = own.top + 1, own.rows
     faces = buffers.faces[:0]
-    if buffers.shading.pixels.size > 0:
+    if buffers.segment.fields.size > 0:
         faces = buffers.faces
     region = Region(top, 0, rows, 0, settings.width, stride)
     colour = buffers.colour[stride:]

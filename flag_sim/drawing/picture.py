@@ -130,7 +130,7 @@ class Picture:
         scene, is_flat = self._scene, style.shading == 'flat'
         shape = len(scene.triangles if is_flat else scene.positions), 2, 3
         if self._colours is None or self._colours.shape != shape:
-            self._colours = np.empty(shape)
+            self._colours = np.zeros(shape)  # of what is shaded by pixels they stay so
         colours = self._colours
         shaded = self._shaded
         view = camera, light, is_flat, shaded.key

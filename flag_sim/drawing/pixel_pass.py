@@ -17,18 +17,19 @@ The pass over a band, or over a sample of its tiles, that shades pixels one by o
 
 A pixel is colour x (ambient light + light of the sun) + the mirrored sun, where the colour is that
 of a texture or of the surface, and the sun's part is less in its shadows. The light is that of the
-vertices, interpolated as the style says. A row is shaded in steps, of which all but the fetching
-of texels are vectors of pixels.
+vertices, interpolated as the style says. Each step is a loop over the pixels of a segment.
 """
 from flag_sim.drawing.geometry import SUBPIXELS
 from flag_sim.drawing.multisample import TILE
 from flag_sim.drawing.outline import DARKENING
 from flag_sim.drawing.pixels import pack_rgb
-from flag_sim.drawing.shadow_pass import ADDED, place_in_map, shade_by_map, SUNLIGHT
+from flag_sim.drawing.segment import (
+    ADDED, BLUE, COLUMN, DEPTH, find_owners, GREEN, RED, ROW, sees, SEGMENT, set_places, SUNLIGHT)
+from flag_sim.drawing.shadow_pass import place_in_map, shade_by_map
 from flag_sim.drawing.sky import sky_colour
-from flag_sim.drawing.surfaces import MIRRORED, ON_SCREEN, SEGMENT, SUN
-from flag_sim.drawing.texture_pass import BLUE, GREEN, RED, shade_by_texture
-from flag_sim.drawing.visibility import NO_FACE, OUTLINE, triangle_of
+from flag_sim.drawing.surfaces import MIRRORED, ON_SCREEN, SUN
+from flag_sim.drawing.texture_pass import shade_by_texture
+from flag_sim.drawing.visibility import NO_FACE, OUTLINE
 from flag_sim.jit.kernels import late_kernel, wide_kernel
 
 import numpy as np
@@ -44,12 +45,14 @@ def shade_band(buffers, region, is_perspective, surfaces):
     surfaces: Surfaces, or None, for which nothing is compiled.
     """
     if surfaces is not None:
+        images, segment = (buffers.colour, buffers.depth, buffers.faces), buffers.segment
         for row in range(region.first, region.first + region.rows):
-            start = row * region.stride
-            _shade_row((buffers.colour, buffers.depth, buffers.faces),
-                       (start + region.left, start + region.right),
-                       (np.float32(region.left), np.float32(region.top + row)), is_perspective,
-                       buffers.shading, surfaces)
+            for left in range(region.left, region.right, SEGMENT):
+                count = np.uint64(min(region.right - left, SEGMENT))
+                set_places(segment.fields, np.uint64(0), count, np.float32(left),
+                           np.float32(region.top + row))
+                _shade(images, np.uint64(row * region.stride + left), count, is_perspective,
+                       segment, surfaces)
 
 
 @late_kernel
@@ -62,103 +65,118 @@ def shade_sample(buffers, region, is_perspective, surfaces, state):
     if surfaces is not None:
         right = np.float32(state.shift_u) / np.float32(SUBPIXELS)
         down = np.float32(state.shift_v) / np.float32(SUBPIXELS)
-        tiles, faces = buffers.tiles, buffers.faces
+        tiles, faces, segment = buffers.tiles, buffers.faces, buffers.segment
+        count = np.uint64(0)
         for row in range(region.rows):
             for tile in range(tiles.mask.shape[1]):
                 if tiles.mask[row // TILE, tile]:
-                    first = row * region.stride + tile * TILE
-                    _shade_row((tiles.colour, tiles.depth, faces), (first, first + TILE),
-                               (np.float32(tile * TILE) + right,
-                                np.float32(region.top + row) + down), is_perspective,
-                               buffers.shading, surfaces)
-                    for i in range(first, first + TILE):
-                        faces[i] = NO_FACE
+                    first = np.uint64(row * region.stride + tile * TILE)
+                    set_places(segment.fields, count, TILE, np.float32(tile * TILE) + right,
+                               np.float32(region.top + row) + down)
+                    for i in range(np.uint64(TILE)):
+                        segment.colour[count + i] = tiles.colour[first + i]
+                        segment.depth[count + i] = tiles.depth[first + i]
+                        segment.faces[count + i] = faces[first + i]
+                        segment.sources[count + i] = first + i
+                        faces[first + i] = NO_FACE
+                    count += np.uint64(TILE)
+                    if count == np.uint64(SEGMENT):
+                        _shade_copies(count, is_perspective, segment, surfaces, tiles.colour)
+                        count = np.uint64(0)
+        _shade_copies(count, is_perspective, segment, surfaces, tiles.colour)
 
 
 @late_kernel
-def _shade_row(images, span, place, is_perspective, shading, surfaces):
-    """
-    Shade pixels of a row.
+def _shade_copies(count, is_perspective, segment, surfaces, colour):
+    """Shade the pixels that were copied to a segment, and write their colours back."""
+    _shade((segment.colour, segment.depth, segment.faces), np.uint64(0), count, is_perspective,
+           segment, surfaces)
+    for i in range(count):
+        colour[segment.sources[i]] = segment.colour[i]
 
-    images: colour, depth and faces, flat; span: the first of the pixels and the end; place: column
-    and row of the first one's sample.
+
+@late_kernel
+def _shade(images, begin, count, is_perspective, segment, surfaces):
+    """
+    Shade pixels begin .. begin + count - 1 of images; COLUMN and ROW are written.
+
+    images: colour, depth and faces, flat.
     """
     colour, depth, faces = images
-    begin, end = np.uint64(span[0]), np.uint64(span[1])
+    fields, owners = segment.fields, segment.owners
     if surfaces.sky.is_seen:
-        _shade_sky(colour, faces, (begin, end), place, surfaces.sky)
-    object_of, pixels = surfaces.object_of, shading.pixels
-    first = begin
-    while first < end and (faces[first] == NO_FACE or object_of[triangle_of(faces[first])] < 0):
-        first += np.uint64(1)
-    while first < end and (faces[end - np.uint64(1)] == NO_FACE
-                           or object_of[triangle_of(faces[end - np.uint64(1)])] < 0):
-        end -= np.uint64(1)
-    if first >= end:
+        _shade_sky(colour, faces, begin, count, fields, surfaces.sky)
+    if (not (surfaces.has_textures or surfaces.has_plain)
+            or not find_owners(begin, count, faces, surfaces.object_of, owners)):
         return
-    while first < end:
-        row = (first, min(end - first, np.uint64(SEGMENT)),
-               (place[0] + np.float32(np.int64(first - begin)), place[1]))
-        first += np.uint64(SEGMENT)
-        _light(row, depth, faces, is_perspective, pixels, surfaces)
-        if surfaces.shadows.depth.size > 0:
-            place_in_map(row, depth, faces, is_perspective, pixels, surfaces)
-            shade_by_map(row, faces, surfaces.fields, pixels, surfaces.shadows.depth)
-        for k in range(surfaces.textures.shape[0]):
-            if surfaces.textures[k, 1] > 0:
-                shade_by_texture(row, depth, faces, is_perspective, pixels, surfaces, k)
-        _colour(row, colour, faces, pixels, surfaces)
+    first, end = np.uint64(0), count
+    while first < end and owners[first] < 0:
+        first += np.uint64(1)
+    while first < end and owners[end - np.uint64(1)] < 0:
+        end -= np.uint64(1)
+    if first == end:
+        return
+    # The segment's pixels first .. end - 1, of which pixel i is begin + i of the images.
+    pixels = begin, first, end
+    _light(pixels, depth, faces, is_perspective, segment, surfaces)
+    if surfaces.shadows.depth.size > 0:
+        place_in_map(pixels, faces, is_perspective, fields, surfaces.fields, surfaces.shadows)
+        shade_by_map(pixels, faces, fields, surfaces.fields, surfaces.shadows.depth)
+    for k in range(surfaces.textures.shape[0]):
+        if surfaces.textures[k, 1] > 0 and sees(pixels, owners, np.int32(k)):
+            shade_by_texture(pixels, faces, is_perspective, segment, surfaces, k)
+    _colour(pixels, colour, faces, segment, surfaces.ambient)
 
 
 @wide_kernel
-def _shade_sky(colour, faces, span, place, sky):
-    """Write the colours of pixels that see nothing; see _shade_row."""
-    begin, (column, v) = span[0], place
-    for i in range(span[1] - begin):
-        seen = sky_colour(sky, column + np.float32(np.int32(i)), v)
+def _shade_sky(colour, faces, begin, count, fields, sky):
+    """Write the colours of pixels that see nothing; see _shade."""
+    for i in range(count):
+        seen = sky_colour(sky, fields[COLUMN + i], fields[ROW + i])
         is_sky = faces[begin + i] == NO_FACE
         colour[begin + i] = seen if is_sky else colour[begin + i]
 
 
 @wide_kernel
-def _light(row, depth, faces, is_perspective, pixels, surfaces):
-    """Write SUNLIGHT and ADDED of pixels, and RED to BLUE of what has no texture."""
-    begin, count, place = row
-    fields, of_faces, is_specular = surfaces.fields, surfaces.of_faces, surfaces.is_specular
-    object_of, colours = surfaces.object_of, surfaces.colours
-    column, v = place
+def _light(pixels, depth, faces, is_perspective, segment, surfaces):
+    """Write DEPTH, SUNLIGHT and ADDED of pixels, and RED to BLUE of what has no texture."""
+    begin, first, end = pixels
+    fields, owners = segment.fields, segment.owners
+    of_faces, on_screen = surfaces.of_faces, surfaces.fields
+    is_specular, has_plain, colours = surfaces.is_specular, surfaces.has_plain, surfaces.colours
     one, zero = np.float32(1.0), np.float32(0.0)
-    for i in range(count):
-        u = column + np.float32(np.int32(i))
+    for i in range(first, end):
+        u, v, s = fields[COLUMN + i], fields[ROW + i], depth[begin + i]
         mark = np.uint32(faces[begin + i] & ~OUTLINE)
         face = np.uint32(max(mark, np.uint32(1)) - np.uint32(1))
-        z = one / depth[begin + i] if is_perspective else one
-        scale = one if fields[ON_SCREEN, face >> np.uint32(1)] > zero else z
+        z = one / s if is_perspective else -s
+        fields[DEPTH + i] = z
+        is_linear = on_screen[ON_SCREEN, face >> np.uint32(1)] > zero or not is_perspective
+        scale = one if is_linear else z
         light = of_faces[SUN, face] + of_faces[SUN + 1, face] * u + of_faces[SUN + 2, face] * v
-        pixels[SUNLIGHT + i] = max(scale * light, zero)
+        fields[SUNLIGHT + i] = max(scale * light, zero)
         if is_specular:
             added = (of_faces[MIRRORED, face] + of_faces[MIRRORED + 1, face] * u
                      + of_faces[MIRRORED + 2, face] * v)
-            pixels[ADDED + i] = max(scale * added, zero)
+            fields[ADDED + i] = max(scale * added, zero)
         else:
-            pixels[ADDED + i] = zero
-        k = np.uint32(max(object_of[face >> np.uint32(1)], np.int32(0)))
-        pixels[RED + i], pixels[GREEN + i] = colours[0, k], colours[1, k]
-        pixels[BLUE + i] = colours[2, k]
+            fields[ADDED + i] = zero
+        if has_plain:
+            k = np.uint32(max(owners[i], np.int32(0)))
+            fields[RED + i], fields[GREEN + i] = colours[0, k], colours[1, k]
+            fields[BLUE + i] = colours[2, k]
 
 
 @wide_kernel
-def _colour(row, colour, faces, pixels, surfaces):
+def _colour(pixels, colour, faces, segment, ambient):
     """Write the colours of pixels that are shaded."""
-    begin, count, _ = row
-    object_of = surfaces.object_of
-    ambient, most = np.float32(surfaces.ambient), np.float32(255.0)
-    for i in range(count):
-        mark = faces[begin + i]
-        share = DARKER if mark & OUTLINE else np.float32(1.0)
-        light, added = share * (ambient + pixels[SUNLIGHT + i]), share * pixels[ADDED + i]
-        shaded = pack_rgb(min(pixels[RED + i] * light + added, most),
-                          min(pixels[GREEN + i] * light + added, most),
-                          min(pixels[BLUE + i] * light + added, most))
-        is_shaded = (mark != NO_FACE) & (object_of[triangle_of(mark)] >= 0)
-        colour[begin + i] = shaded if is_shaded else colour[begin + i]
+    begin, first, end = pixels
+    fields, owners = segment.fields, segment.owners
+    ambient, most = np.float32(ambient), np.float32(255.0)
+    for i in range(first, end):
+        share = DARKER if faces[begin + i] & OUTLINE else np.float32(1.0)
+        light, added = share * (ambient + fields[SUNLIGHT + i]), share * fields[ADDED + i]
+        shaded = pack_rgb(min(fields[RED + i] * light + added, most),
+                          min(fields[GREEN + i] * light + added, most),
+                          min(fields[BLUE + i] * light + added, most))
+        colour[begin + i] = shaded if owners[i] >= 0 else colour[begin + i]

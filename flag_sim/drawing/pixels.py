@@ -24,6 +24,9 @@ BAND = 32
 # Pixels in a vector of 256 bits, and the mask that rounds a number down to whole vectors.
 LANES = 8
 WHOLE_VECTORS = np.uint64(2 ** 64 - LANES)
+# By this LLVM knows that an index of 32 bits is not negative, so that it can fetch a vector of
+# elements with a vector of 32-bit indices: twice as many at a time as with 64 bits.
+POSITIVE = np.uint32(2 ** 31 - 1)
 
 
 class Region(NamedTuple):

@@ -59,14 +59,15 @@ class ShadedScene:
 
     def shade(self, part, points, normals, viewpoint, light, colours):
         """
-        Light points of an object: see shading.shade.
+        Light points of an object: see shading.shade, or light_levels if it is shaded by pixels.
 
         part: the object's index, and the points' slice of colours.
         """
         index, own = part
         one = self._objects[index]
-        shade(points, normals, viewpoint, one.surface, light, colours[own])
-        if self.key is not None and self._is_shaded[index]:
+        if self.key is None or not self._is_shaded[index]:
+            shade(points, normals, viewpoint, one.surface, light, colours[own])
+        else:
             light_levels(points, normals, viewpoint, one.surface, light,
                          tuple(levels[own] for levels in self._levels))
 
@@ -96,6 +97,7 @@ class ShadedScene:
             np.ascontiguousarray(levels[:, 0], np.int32), coordinates,
             *self._levels, light.ambient, ENCODE, style.shading == 'flat',
             style.interpolation == 'screen', any(one is not None for one in textures),
+            any(is_shaded and one is None for is_shaded, one in zip(self._is_shaded, textures)),
             any(one.surface.specular > 0.0 for one in self._objects), *self.fields,
             self._shadows(scene, camera, light), sky_of(camera, style)))
 
@@ -135,9 +137,9 @@ def _joined(textures):
         levels.append(texture.levels + [start, 0, 0])
         texels.append(texture.texels)
         count += len(texture.levels)
-        start += len(texture.texels)
+        start += len(texture.texels) // 2
     # One alone, as most often, is not copied.
     if not texels:
-        return np.array(places), np.zeros((1, 3), np.int64), np.zeros(1, np.uint64)
+        return np.array(places), np.zeros((1, 3), np.int64), np.zeros(1, np.uint32)
     return (np.array(places), np.concatenate(levels),
             texels[0] if len(texels) == 1 else np.concatenate(texels))

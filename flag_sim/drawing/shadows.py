@@ -48,7 +48,7 @@ STEEPEST, TURN = 32.0, 2.0
 # Of the depth [m] in float32, by some places.
 ROUNDING = 2.0 ** -20
 # Texels along a side, at most, and to what its sides are rounded up, so that they seldom change.
-LARGEST, STEP = 2048, 64
+LARGEST, STEP = 2048, 256
 # Around what is seen [texel]: for the taps, and for rounding to whole texels.
 MARGIN = 4
 # What is farther from the origin is left out [m].

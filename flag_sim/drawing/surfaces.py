@@ -38,9 +38,6 @@ FIELDS = 14
 # Of faces: planes of the sun's light and of the mirrored sun.
 SUN, MIRRORED = 0, 3
 FACE_FIELDS = 6
-# Of pixels (see pixel_pass), so many at a time: flat, field after field, for places that are
-# constants apart let LLVM make vectors of a loop.
-PIXEL_FIELDS, SEGMENT = 14, 256
 
 
 class Surfaces(NamedTuple):
@@ -53,10 +50,10 @@ class Surfaces(NamedTuple):
     starts: (levels,) int32, where each level begins among the texels; coordinates: (n, 2) of
     vertices; sun, mirrored: (n, 2, 3) of both sides of vertices, or of triangles where is_flat,
     see shading.light_levels; ambient: light from everywhere; encode: see texture.ENCODE;
-    is_on_screen: whether light is linear on the screen; has_textures, is_specular: whether any
-    object has a texture, or mirrors the sun; fields: (FIELDS, m) float32 of triangles; of_faces:
-    (FACE_FIELDS, 2 m) float32, by twice the triangle's index plus the side; shadows, sky: see
-    there.
+    is_on_screen: whether light is linear on the screen; has_textures, has_plain, is_specular:
+    whether any object has a texture, has none but is shaded, or mirrors the sun; fields: (FIELDS,
+    m) float32 of triangles; of_faces: (FACE_FIELDS, 2 m) float32, by twice the triangle's index
+    plus the side; shadows, sky: see there.
     """
 
     colours: np.ndarray
@@ -73,22 +70,12 @@ class Surfaces(NamedTuple):
     is_flat: bool
     is_on_screen: bool
     has_textures: bool
+    has_plain: bool
     is_specular: bool
     fields: np.ndarray
     of_faces: np.ndarray
     shadows: Shadows
     sky: Sky
-
-
-class Shading(NamedTuple):
-    """A thread's memory for this; pixels: flat, PIXEL_FIELDS times SEGMENT float32."""
-
-    pixels: np.ndarray
-
-
-def new_shading(is_wanted: bool) -> Shading:
-    """Make the memory, of size 0 if it is not wanted."""
-    return Shading(np.zeros(PIXEL_FIELDS * SEGMENT * is_wanted, np.float32))
 
 
 @late_kernel

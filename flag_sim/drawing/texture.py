@@ -23,6 +23,7 @@ light, and the result is encoded again. It then stands where the colour of a pla
 light is multiplied to encoded values, as it is to `Surface.color`, so that a texture of one
 colour looks like a surface of that colour.
 """
+from flag_sim.drawing.pixels import POSITIVE
 from flag_sim.jit.kernels import late_inner_kernel
 from flag_sim.parameters import checks
 
@@ -31,10 +32,6 @@ import numpy as np
 # Along a side: what is larger is to be scaled down first. A flag of 61 x 41 nodes has 45 by then
 # between two nodes, and as many texels take 45 MB with their mipmaps.
 LARGEST = 2048
-# A texel is 64 bits: red, green and blue in linear light, each in so many steps and bits.
-BITS = 21
-STEPS = 2 ** BITS - 1
-POSITIVE = np.uint32(2 ** 31 - 1)
 
 
 def _decoded(encoded):
@@ -50,6 +47,12 @@ def _encoded(linear):
 
 # Of ENCODE; from one to the next it is less than 0.09 of a level.
 ENTRIES = 4096
+# A texel is two words of 32 bits: red and green, then its blue and that of the texel to its right,
+# 16 bits each. They are roots of linear light in so many steps, a whole number to an entry.
+STEPS = 16 * (ENTRIES - 1)
+LOW, HIGH = np.uint32(0xffff), np.uint32(16)
+# What bilinear() returns for light of 1, upside down.
+SCALE = 1.0 / STEPS ** 2
 
 
 def _tables():
@@ -106,7 +109,8 @@ class Texture:
         while max(mipmaps[-1].shape[:2]) > 1:
             mipmaps.append(halved(halved(mipmaps[-1], 0), 1))
         # One texel more on each side, so that those beside a place are always there.
-        padded = [np.pad(_packed(mipmap), 1, mode='edge') for mipmap in mipmaps]
+        padded = [_packed(np.pad(mipmap, ((1, 1), (1, 1), (0, 0)), mode='edge'))
+                  for mipmap in mipmaps]
         starts = np.cumsum([0] + [one.shape[0] * one.shape[1] for one in padded])
         self.levels = np.array([(start, one.shape[1] - 2, one.shape[0] - 2)
                                 for start, one in zip(starts, padded)])
@@ -116,16 +120,17 @@ class Texture:
     def mipmap(self, level: int) -> np.ndarray:
         """Return a mipmap in linear light: (height, width, 3)."""
         start, width, height = self.levels[level]
-        texels = self.texels[start:start + (width + 2) * (height + 2)]
-        inner = texels.reshape(height + 2, width + 2, 1)[1:-1, 1:-1]
-        shifts = BITS * np.arange(3, dtype=np.uint64)
-        return ((inner >> shifts & np.uint64(STEPS)) / np.float32(STEPS)).astype(np.float32)
+        texels = self.texels[2 * start:2 * (start + (width + 2) * (height + 2))]
+        inner = texels.reshape(height + 2, width + 2, 2)[1:-1, 1:-1]
+        roots = np.stack([inner[..., 0] & LOW, inner[..., 0] >> HIGH, inner[..., 1] & LOW], axis=2)
+        return ((roots / STEPS) ** 2).astype(np.float32)
 
 
 def _packed(linear):
-    """Return an image in linear light (height, width, 3) as texels (height, width)."""
-    red, green, blue = np.rint(np.moveaxis(linear, 2, 0) * float(STEPS)).astype(np.uint64)
-    return red | green << np.uint64(BITS) | blue << np.uint64(2 * BITS)
+    """Return an image in linear light (height, width, 3) as texels (height, width, 2)."""
+    red, green, blue = np.rint(np.sqrt(np.moveaxis(linear, 2, 0)) * STEPS).astype(np.uint32)
+    right = np.concatenate([blue[:, 1:], blue[:, -1:]], axis=1)
+    return np.stack([red | green << HIGH, blue | right << HIGH], axis=2)
 
 
 def halved(linear: np.ndarray, axis: int) -> np.ndarray:
@@ -149,47 +154,62 @@ def halved(linear: np.ndarray, axis: int) -> np.ndarray:
 
 
 @late_inner_kernel
-def bilinear(texels, start, width, height, place):
+def bilinear(texels, start, size, place):
     """
     Return red, green and blue between four texels of a mipmap, in steps of linear light.
 
-    start: of the mipmap in texels; width, height: its size; place: x and y from 0 to 1.
+    start: of the mipmap in texels; size: its width and height; place: x and y from 0 to 1.
     """
     # Texels' centres are at halves, and the first texel is beside the edge.
     half, one = np.float32(0.5), np.float32(1.0)
-    x, y = place[0] * np.float32(width) + half, place[1] * np.float32(height) + half
+    x, y = place[0] * np.float32(size[0]) + half, place[1] * np.float32(size[1]) + half
     column, row = np.int32(x), np.int32(y)
     right, down = x - np.float32(column), y - np.float32(row)
-    stride = np.int32(width + 2)
-    # Positive, which in 32 bits makes an index that a vector of pixels is fetched with.
-    p = np.uint32(np.int32(start + np.int32(row * stride)) + column) & POSITIVE
-    q = np.uint32(p + np.uint32(stride)) & POSITIVE
-    here, beside = texels[p], texels[np.uint32(p + np.uint32(1)) & POSITIVE]
-    below, across = texels[q], texels[np.uint32(q + np.uint32(1)) & POSITIVE]
+    stride = np.int32(size[0] + np.int32(2))
+    here = np.int32(np.int32(start + np.int32(row * stride)) + column)
+    below = np.int32(here + stride)
     left, up = one - right, one - down
     shares = up * left, up * right, down * left, down * right
-    return (_mixed(here, beside, below, across, shares, np.uint64(0)),
-            _mixed(here, beside, below, across, shares, np.uint64(BITS)),
-            _mixed(here, beside, below, across, shares, np.uint64(2 * BITS)))
+    words = (_word(texels, here, 0), _word(texels, here, 2), _word(texels, below, 0),
+             _word(texels, below, 2))
+    blues = _word(texels, here, 1), _word(texels, below, 1)
+    return (_mixed(shares, words[0] & LOW, words[1] & LOW, words[2] & LOW, words[3] & LOW),
+            _mixed(shares, words[0] >> HIGH, words[1] >> HIGH, words[2] >> HIGH,
+                   words[3] >> HIGH),
+            _mixed(shares, blues[0] & LOW, blues[0] >> HIGH, blues[1] & LOW, blues[1] >> HIGH))
 
 
 @late_inner_kernel
-def _mixed(here, beside, below, across, shares, bits):
-    """Return a channel of four texels in these shares."""
-    return (shares[0] * _channel(here, bits) + shares[1] * _channel(beside, bits)
-            + shares[2] * _channel(below, bits) + shares[3] * _channel(across, bits))
+def _word(texels, texel, k):
+    """Return word k of a texel and those after it."""
+    return texels[np.uint32(np.int32(np.int32(2) * texel) + np.int32(k)) & POSITIVE]
 
 
 @late_inner_kernel
-def _channel(texel, bits):
-    return np.float32(np.int32(texel >> bits) & np.int32(STEPS))
+def _mixed(shares, here, beside, below, across):
+    """Return the light of four texels' roots in these shares."""
+    return (_light(shares[0], here) + _light(shares[1], beside) + _light(shares[2], below)
+            + _light(shares[3], across))
+
+
+@late_inner_kernel
+def _light(share, root):
+    # In this order: LLVM would multiply the root with itself as whole numbers, slowly.
+    root = np.float32(np.int32(root))
+    return share * root * root
+
+
+@late_inner_kernel
+def half_to_the(level):
+    """Return 2^-level as a float32, of a level that is an int32: by its exponent."""
+    return np.int32(np.int32(np.int32(127) - level) << 23).view(np.float32)
 
 
 @late_inner_kernel
 def log2(value):
     """Return the logarithm of a float32 above 1, to 0.0002: by its exponent and a polynomial."""
     bits = np.float32(value).view(np.int32)
-    exponent = np.float32((bits >> 23) - 127)
+    exponent = np.float32(np.int32(np.int32(bits >> 23) - np.int32(127)))
     # From 1 to 2, least squares of log2 that are 0 and 1 at the ends.
     m = np.int32((bits & 0x7fffff) | 0x3f800000).view(np.float32) - np.float32(1.0)
     return exponent + m * (LOG2[0] + m * (LOG2[1] + m * (LOG2[2] + m * LOG2[3])))
@@ -210,4 +230,5 @@ LOG2 = _log2_polynomial()
 def encode(linear, table):
     """Return the level from 0 to 255 of linear light from 0 to 1; table: ENCODE."""
     root = np.sqrt(min(linear, np.float32(1.0)))
-    return table[np.uint32(np.int32(root * np.float32(ENTRIES - 1) + np.float32(0.5)))]
+    place = np.int32(root * np.float32(ENTRIES - 1) + np.float32(0.5))
+    return table[np.uint32(place) & POSITIVE]
