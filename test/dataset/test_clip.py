@@ -92,7 +92,7 @@ def test_a_clip_is_what_the_nodes_film(tmp_path):
 def test_forward_flow_is_the_next_backward_flow_seen_from_here(made):
     """Where a pixel's point is seen in both frames, one leads there and the other back."""
     found = recipe(channels=['labels', 'backward_flow', 'forward_flow'], more=MOVING)
-    kept = [(view.frame.labels.copy(), view.backward.flow, view.forward.flow,
+    kept = [(view.frame.labels.copy(), view.frame.flow.copy(), view.forward.flow,
              view.forward.is_hidden) for view in views(found, found.draw(1))]
     (labels, _, forward, hidden), (_, back, _, _) = kept[1:3]
     rows, columns = np.nonzero((labels == 1) & ~hidden)

@@ -24,7 +24,8 @@ import pytest
 
 def test_numpy_and_zip_read_what_is_written(tmp_path, monkeypatch):
     """Also of arrays that did not stay in memory; the digest is that of the file."""
-    monkeypatch.setattr('flag_sim.dataset.npz.IN_MEMORY', 1000)
+    monkeypatch.setattr('flag_sim.dataset.pieces.IN_MEMORY', 1000)
+    monkeypatch.setattr('flag_sim.dataset.pieces._idle', [])
     random, path = np.random.default_rng(2), tmp_path / 'a.npz'
     frames = [{'colour': random.integers(0, 255, (32, 24, 3), np.uint8),
                'depth': np.full((32, 24), np.inf, np.float32), 'time': np.float64(k) * np.ones(()),
