@@ -38,7 +38,7 @@ class View:
         self.after = after
         self.frame = frame
 
-    @property
+    @functools.cached_property
     def was_hidden(self) -> np.ndarray:
         """Return whether what is seen was hidden in the frame before, (height, width) bool."""
         if self.before is None:

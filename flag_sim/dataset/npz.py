@@ -31,12 +31,17 @@ from isal import isal_zlib
 import numpy as np
 
 LEVEL = 1  # of ISA-L's 0 to 3
+AT_ONCE = 256 << 10
+"""
+Bytes that are compressed at once: they stay in the processor's cache from the checksum on, and what
+becomes of them is small enough to stand in memory that the process has already.
+"""
 RAW_DEFLATE = -15  # as it stands in a ZIP
 OWN_FILE = 0o600 << 16  # what an entry of a ZIP says of its rights
 
 
 class Growing:
-    """One array of a clip that grows frame by frame among Pieces; frames: how many it will have."""
+    """One array of a clip that grows frame by frame among Pieces; frames: how many there will be."""
 
     def __init__(self, first: np.ndarray, frames: int, pieces: Pieces):
         self._kind = first.dtype, first.shape
@@ -62,8 +67,10 @@ class Growing:
 
     def _write(self, data):
         self.size += len(data)
-        self.crc = isal_zlib.crc32(data, self.crc)
-        self.places.append(self._pieces.add(self._deflate.compress(data)))
+        for begin in range(0, len(data), AT_ONCE):
+            part = data[begin:begin + AT_ONCE]
+            self.crc = isal_zlib.crc32(part, self.crc)
+            self.places.append(self._pieces.add(self._deflate.compress(part)))
 
 
 class NpzWriter:
@@ -91,7 +98,7 @@ class NpzWriter:
         Write the file; return its size in bytes, its SHA-256, and what its arrays hold.
 
         `content` is the SHA-256 of the arrays' names, sizes and CRC-32: the same wherever they are
-        made, while another processor may compress them to other bytes.
+        made, while ISA-L may compress them to other bytes, on another processor or the next time.
         """
         content = hashlib.sha256()
         with open(self._path, 'wb') as file:
