@@ -22,8 +22,9 @@ import time
 from flag_sim.tools import view
 from PIL import Image
 import pytest
+from support.qt import why_no_qt
 
-pytest.importorskip('qtpy.QtWidgets', reason='Qt is not installed')
+pytestmark = pytest.mark.skipif(bool(why_no_qt()), reason=why_no_qt())
 SECONDS = 120.0  # that a start may take: kernels may have to be compiled
 
 

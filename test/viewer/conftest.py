@@ -12,7 +12,20 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What the tests of the window share."""
+"""Skips the tests of the window, each file by its name, where no window can be made."""
 import pytest
+from support.qt import why_no_qt
 
-pytest.importorskip('qtpy.QtWidgets', reason='Qt is not installed')
+WHY_NOT = why_no_qt()
+
+
+class SkippedModule(pytest.Module):
+    """A file of tests that is not imported, as its own imports would fail."""
+
+    def collect(self):
+        pytest.skip(WHY_NOT)
+
+
+def pytest_pycollect_makemodule(module_path, parent):
+    """Return what stands for a file of tests; None: pytest's own."""
+    return SkippedModule.from_parent(parent, path=module_path) if WHY_NOT else None

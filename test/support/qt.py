@@ -1,0 +1,24 @@
+# Copyright 2026 The flag_sim Authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Whether a window can be made here."""
+
+
+def why_no_qt() -> str:
+    """Return why Qt, or a library below it such as libEGL, cannot be imported, or ''."""
+    try:
+        import qtpy.QtWidgets  # noqa: F401
+    except ImportError as error:
+        return f'no window without Qt: {error}'
+    return ''
