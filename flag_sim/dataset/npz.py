@@ -33,15 +33,15 @@ import numpy as np
 LEVEL = 1  # of ISA-L's 0 to 3
 AT_ONCE = 256 << 10
 """
-Bytes that are compressed at once: they stay in the processor's cache from the checksum on, and what
-becomes of them is small enough to stand in memory that the process has already.
+Bytes that are compressed at once: they stay in the processor's cache from the checksum on, and
+what becomes of them is small enough to stand in memory that the process has already.
 """
 RAW_DEFLATE = -15  # as it stands in a ZIP
 OWN_FILE = 0o600 << 16  # what an entry of a ZIP says of its rights
 
 
 class Growing:
-    """One array of a clip that grows frame by frame among Pieces; frames: how many there will be."""
+    """One array of a clip that grows frame by frame among Pieces; frames: in all."""
 
     def __init__(self, first: np.ndarray, frames: int, pieces: Pieces):
         self._kind = first.dtype, first.shape
