@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 from flag_sim.cloth.self_intersection import is_self_intersecting
 from flag_sim.drawing import Frame
-from flag_sim.drawing.motion import Motion, motion
+from flag_sim.drawing.motion import hidden, Motion, motion
 from flag_sim.drawing.scene import FLAG, flag_scene
 import numpy as np
 
@@ -39,21 +39,24 @@ class View:
         self.frame = frame
 
     @functools.cached_property
-    def backward(self) -> Motion:
-        """Return where what is seen was in the frame before."""
-        return self._motion(self.before)
+    def was_hidden(self) -> np.ndarray:
+        """Return whether what is seen was hidden in the frame before, (height, width) bool."""
+        if self.before is None:
+            return np.zeros(self.frame.labels.shape, np.bool_)
+        return hidden(*self._with(self.before))
 
     @functools.cached_property
     def forward(self) -> Motion:
-        """Return where what is seen will be in the next frame."""
-        return self._motion(self.after)
-
-    def _motion(self, other):
-        shape = self.frame.labels.shape
-        if other is None:
+        """Return where what is seen will be in the next frame, and whether it is hidden there."""
+        if self.after is None:
+            shape = self.frame.labels.shape
             return Motion(np.full((*shape, 2), np.nan, np.float32), np.zeros(shape, np.bool_))
-        return motion(self.frame.visibility, scene_of(self.moment, other), self.moment.look.camera,
-                      other.look.camera)
+        return motion(*self._with(self.after))
+
+    def _with(self, other):
+        """Return what tells of the motion between this frame and another one."""
+        return (self.frame.visibility, scene_of(self.moment, other), self.moment.look.camera,
+                other.look.camera)
 
     @property
     def flag_pixels(self) -> int:
@@ -104,7 +107,7 @@ CHANNELS = {
         '(height, width, 2) float32, nan where nothing is; and whether it was hidden there, bool',
         ('flow', 'visibility'), {
             'backward_flow': lambda view: view.frame.flow,
-            'backward_occlusion': lambda view: view.backward.is_hidden}),
+            'backward_occlusion': lambda view: view.was_hidden}),
     'forward_flow': Channel(
         'where it will be in the next frame, minus where it is; and whether it is hidden there',
         ('visibility',), {

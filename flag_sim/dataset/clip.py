@@ -18,6 +18,7 @@ import functools
 import importlib.metadata
 import itertools
 import shutil
+import threading
 import time
 
 from flag_sim.dataset.channels import arrays_of, picture_channels, scene_of, View
@@ -28,6 +29,7 @@ from flag_sim.dataset.store import ENDINGS, Store
 from flag_sim.drawing import Picture
 
 UNSEEN = 'the camera does not see the flag in any frame'
+_of_thread = threading.local()
 
 
 @functools.cache
@@ -48,10 +50,11 @@ def cached_recipe(text: str) -> Recipe:
     return recipe_of(text)
 
 
-@functools.cache
 def _picture():
-    """Return the process's Picture, which keeps its buffers from clip to clip."""
-    return Picture(threads=1)
+    """Return the thread's Picture, which keeps its buffers from clip to clip."""
+    if not hasattr(_of_thread, 'picture'):
+        _of_thread.picture = Picture(threads=1)
+    return _of_thread.picture
 
 
 def views(recipe: Recipe, drawn: Drawn) -> Iterator[View]:

@@ -15,36 +15,39 @@
 """
 A clip as a file .npz, written frame by frame: no more than a part of it is in memory.
 
-An .npz is a ZIP of .npy files, one an array. Its arrays grow side by side here, each in a
-temporary file once it is large, and are put together at the end. All are compressed by ISA-L,
-which takes a tenth of the time of zlib for as few bytes, and every zlib reads them.
+An .npz is a ZIP of .npy files, one an array. Its arrays grow side by side here, compressed, and
+are put together at the end. All are compressed by ISA-L, which takes a tenth of the time of zlib
+for as few bytes, and every zlib reads them.
 """
 from collections.abc import Mapping
-import contextlib
 import hashlib
 import io
 from pathlib import Path
-import shutil
-import tempfile
 import zipfile
 import zlib
 
+from flag_sim.dataset.pieces import Pieces
 from isal import isal_zlib
 import numpy as np
 
-IN_MEMORY = 32 << 20
-"""Bytes of one array that are kept in memory."""
 LEVEL = 1  # of ISA-L's 0 to 3
+AT_ONCE = 256 << 10
+"""
+Bytes that are compressed at once: they stay in the processor's cache from the checksum on, and
+what becomes of them is small enough to stand in memory that the process has already.
+"""
 RAW_DEFLATE = -15  # as it stands in a ZIP
+OWN_FILE = 0o600 << 16  # what an entry of a ZIP says of its rights
 
 
 class Growing:
-    """One array of a clip that grows frame by frame; frames: how many there will be."""
+    """One array of a clip that grows frame by frame among Pieces; frames: in all."""
 
-    def __init__(self, first: np.ndarray, frames: int, folder: Path):
+    def __init__(self, first: np.ndarray, frames: int, pieces: Pieces):
         self._kind = first.dtype, first.shape
         self._deflate = isal_zlib.compressobj(LEVEL, zlib.DEFLATED, RAW_DEFLATE)
-        self.file = tempfile.SpooledTemporaryFile(IN_MEMORY, dir=folder)
+        self._pieces = pieces
+        self.places = []
         header = io.BytesIO()
         np.lib.format.write_array_header_1_0(header, {
             'descr': np.lib.format.dtype_to_descr(first.dtype), 'fortran_order': False,
@@ -60,12 +63,14 @@ class Growing:
 
     def end(self) -> None:
         """Say that all frames are there."""
-        self.file.write(self._deflate.flush())
+        self.places.append(self._pieces.add(self._deflate.flush()))
 
     def _write(self, data):
         self.size += len(data)
-        self.crc = isal_zlib.crc32(data, self.crc)
-        self.file.write(self._deflate.compress(data))
+        for begin in range(0, len(data), AT_ONCE):
+            part = data[begin:begin + AT_ONCE]
+            self.crc = isal_zlib.crc32(part, self.crc)
+            self.places.append(self._pieces.add(self._deflate.compress(part)))
 
 
 class NpzWriter:
@@ -78,16 +83,14 @@ class NpzWriter:
     def __init__(self, path: Path, frames: int):
         self._path, self._frames = path, frames
         self._arrays = {}
-        self._open = contextlib.ExitStack()
+        self._pieces = Pieces(path.parent)
 
     def append(self, arrays: Mapping[str, np.ndarray], view: object = None) -> None:
         """Add a frame, {array: its part}; raises OSError where the disk is full."""
         del view  # from which a bag makes its messages
         for name, part in arrays.items():
             if name not in self._arrays:
-                growing = Growing(part, self._frames, self._path.parent)
-                self._arrays[name] = growing
-                self._open.callback(growing.file.close)
+                self._arrays[name] = Growing(part, self._frames, self._pieces)
             self._arrays[name].append(part)
 
     def finish(self) -> dict[str, object]:
@@ -95,36 +98,52 @@ class NpzWriter:
         Write the file; return its size in bytes, its SHA-256, and what its arrays hold.
 
         `content` is the SHA-256 of the arrays' names, sizes and CRC-32: the same wherever they are
-        made, while another processor may compress them to other bytes.
+        made, while ISA-L may compress them to other bytes, on another processor or the next time.
         """
         content = hashlib.sha256()
-        with open(self._path, 'wb') as file, zipfile.ZipFile(file, 'w') as bundle:
-            for name, array in self._arrays.items():
-                array.end()
-                _put(bundle, file, f'{name}.npy', array)
-                content.update(f'{name} {array.size} {array.crc}\n'.encode())
-        with open(self._path, 'rb') as file:
-            digest = hashlib.file_digest(file, 'sha256').hexdigest()
-        return {'bytes': self._path.stat().st_size, 'sha256': digest,
+        with open(self._path, 'wb') as file:
+            hashed = _Hashed(file)
+            with zipfile.ZipFile(hashed, 'w') as bundle:
+                for name, array in self._arrays.items():
+                    array.end()
+                    _put(bundle, f'{name}.npy', array, self._pieces)
+                    content.update(f'{name} {array.size} {array.crc}\n'.encode())
+        return {'bytes': hashed.size, 'sha256': hashed.digest.hexdigest(),
                 'content': content.hexdigest()}
 
     def __enter__(self) -> 'NpzWriter':
         return self
 
     def __exit__(self, *_):
-        """Close what is open."""
-        self._open.close()
+        """Give back what it has held."""
+        self._pieces.__exit__()
 
 
-def _put(bundle, file, name, array):
-    """Put an array that is compressed already into a ZIP, which is written to a file."""
+class _Hashed:
+    """A file that is written from its start to its end, hashed on the way."""
+
+    def __init__(self, file):
+        self._file = file
+        self.digest, self.size = hashlib.sha256(), 0
+
+    def write(self, data):
+        self.digest.update(data)
+        self.size += len(data)
+        return self._file.write(data)
+
+    def flush(self):
+        self._file.flush()
+
+
+def _put(bundle, name, array, pieces):
+    """Put an array that is compressed already into a ZIP, which zipfile itself would not."""
     entry = zipfile.ZipInfo(name)
-    array.file.seek(0)
-    with bundle.open(entry, 'w', force_zip64=True) as member:
-        shutil.copyfileobj(array.file, member)
-    # zipfile takes it for stored: the entry says what it is, here and at the end of the file.
-    entry.compress_type, entry.file_size, entry.CRC = zipfile.ZIP_DEFLATED, array.size, array.crc
-    end = file.tell()
-    file.seek(entry.header_offset)
-    file.write(entry.FileHeader(zip64=True))
-    file.seek(end)
+    entry.compress_type, entry.external_attr = zipfile.ZIP_DEFLATED, OWN_FILE
+    entry.file_size, entry.CRC = array.size, array.crc
+    entry.compress_size = sum(end - begin for begin, end in array.places)
+    entry.header_offset = bundle.fp.tell()
+    bundle.fp.write(entry.FileHeader(zip64=True))
+    for piece in pieces.read(array.places):
+        bundle.fp.write(piece)
+    bundle.filelist.append(entry)
+    bundle.start_dir = bundle.fp.tell()  # of the list of entries, written last

@@ -60,6 +60,22 @@ def motion(visibility: Visibility, objects: Iterable[Object], camera: Camera,
     hides what is farther by NEARER of its depth. Raises ValueError for what is of another class,
     and for objects that the frame was not drawn of.
     """
+    now, then = _sights(visibility, objects, camera, other)
+    planes = np.empty((len(visibility.corners), 4, 3))
+    set_planes(now, visibility.corners, planes)
+    flow = np.empty((*visibility.triangles.shape, 2), np.float32)
+    _follow(visibility.triangles, visibility.corners, (now, planes), then, flow)
+    return Motion(flow, _hidden(visibility, then, other))
+
+
+def hidden(visibility: Visibility, objects: Iterable[Object], camera: Camera,
+           other: Camera) -> np.ndarray:
+    """Return the `is_hidden` of `motion` alone, in less time."""
+    return _hidden(visibility, _sights(visibility, objects, camera, other)[1], other)
+
+
+def _sights(visibility, objects, camera, other):
+    """Return the Sights of the frame and of the other one; raise ValueError as `motion` does."""
     checks.instance('visibility', visibility, Visibility)
     checks.instance('camera', camera, Camera)
     checks.instance('other', other, Camera)
@@ -67,15 +83,7 @@ def motion(visibility: Visibility, objects: Iterable[Object], camera: Camera,
     now = _sight(np.concatenate([one.vertices for one in objects]), camera)
     checks.require(len(now.view_space) == len(visibility.depths), 'objects',
                    f'of the {len(visibility.depths)} vertices of the frame', len(now.view_space))
-    then = _sight(joined([one.before for one in objects], objects, 3).T, other)
-    bins = binned(then, visibility.corners, other)
-    shape = visibility.triangles.shape
-    found = Motion(np.full((*shape, 2), np.nan, np.float32), np.zeros(shape, np.bool_))
-    planes = np.empty((len(visibility.corners), 4, 3))
-    set_planes(now, visibility.corners, planes)
-    _follow((visibility.triangles, visibility.weights, visibility.corners), (now, planes), then,
-            bins, (float(other.width), float(other.height), other.near), found)
-    return found
+    return now, _sight(joined([one.before for one in objects], objects, 3).T, other)
 
 
 def _sight(points, camera):
@@ -84,35 +92,59 @@ def _sight(points, camera):
     return Sight(vertices.view_space, *map(float, camera.centre), camera.is_perspective)
 
 
-@late_kernel
-def _follow(seen, here, then, bins, image, found):
-    """
-    Write the Motion where something is.
+def _hidden(visibility, then, other):
+    found = np.zeros(visibility.triangles.shape, np.bool_)
+    _hide((visibility.triangles, visibility.weights, visibility.corners), then,
+          binned(then, visibility.corners, other),
+          (float(other.width), float(other.height), other.near), found)
+    return found
 
-    seen: triangles, weights and corners of a Visibility; here: the Sight of the frame, and the
-    planes of its triangles; image: width and height [pixel] and near plane [m] of the other frame.
+
+@late_kernel
+def _follow(triangles, corners, here, then, flow):
+    """
+    Write the flow of every pixel, nan where nothing is.
+
+    triangles, corners: of a Visibility; here: the Sight of the frame, and the planes of its
+    triangles.
+    """
+    now, planes = here
+    for row in range(triangles.shape[0]):
+        for column in range(triangles.shape[1]):
+            t = triangles[row, column]
+            if t < 0:
+                flow[row, column, 0] = flow[row, column, 1] = np.nan
+                continue
+            # The flow is that of where the centre's line of sight meets the triangle's plane. What
+            # is drawn was snapped to parts of a pixel, so that may be a little outside of it.
+            at = _weights_at(planes[t], column - now.centre_u, row - now.centre_v)
+            then_u, then_v = _on_screen(then, corners, t, at)
+            flow[row, column, 0] = then_u - column
+            flow[row, column, 1] = then_v - row
+
+
+@late_kernel
+def _hide(seen, then, bins, image, found):
+    """
+    Write whether the point of a pixel that sees something is hidden in the other frame.
+
+    It is what is nearest on the triangle to where the pixel's line of sight meets its plane. seen:
+    triangles, weights and corners of a Visibility; image: width and height [pixel] and near plane
+    [m] of the other frame.
     """
     triangles, weights, corners = seen
-    now, planes = here
     width, height, near = image
     for row in range(triangles.shape[0]):
         for column in range(triangles.shape[1]):
             t = triangles[row, column]
             if t < 0:
                 continue
-            # The flow is that of where the centre's line of sight meets the triangle's plane. What
-            # is drawn was snapped to parts of a pixel, so that may be a little outside of it.
-            at = _weights_at(planes[t], column - now.centre_u, row - now.centre_v)
-            then_u, then_v = _on_screen(then, corners, t, at)
-            found.flow[row, column, 0] = then_u - column
-            found.flow[row, column, 1] = then_v - row
-            # And hidden is what is nearest to that on the triangle.
             of_vertices = weights_of(weights, row, column)
             then_u, then_v = _on_screen(then, corners, t, of_vertices)
             z = _depth(then, corners, t, of_vertices)
             if not z == z:  # the place in the other frame is not known
                 continue
-            found.is_hidden[row, column] = not (
+            found[row, column] = not (
                 z > near and -0.5 <= then_u < width - 0.5 and -0.5 <= then_v < height - 0.5
             ) or is_covered(then, bins, t, (then_u, then_v, z - NEARER * abs(z)), near)
 

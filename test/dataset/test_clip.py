@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """Clips: the same bytes as the nodes film, and a reason where one cannot be made."""
+from concurrent.futures import ThreadPoolExecutor
 import re
 
 from flag_sim.cloth import Cloth, Diverged
@@ -92,7 +93,7 @@ def test_a_clip_is_what_the_nodes_film(tmp_path):
 def test_forward_flow_is_the_next_backward_flow_seen_from_here(made):
     """Where a pixel's point is seen in both frames, one leads there and the other back."""
     found = recipe(channels=['labels', 'backward_flow', 'forward_flow'], more=MOVING)
-    kept = [(view.frame.labels.copy(), view.backward.flow, view.forward.flow,
+    kept = [(view.frame.labels.copy(), view.frame.flow.copy(), view.forward.flow,
              view.forward.is_hidden) for view in views(found, found.draw(1))]
     (labels, _, forward, hidden), (_, back, _, _) = kept[1:3]
     rows, columns = np.nonzero((labels == 1) & ~hidden)
@@ -122,6 +123,19 @@ def test_a_clip_that_diverges_says_where(made, monkeypatch):
     monkeypatch.setattr(Cloth, 'advance', advance)
     row = made(recipe())
     assert (row['status'], row['reason']) == ('failed', 'frame 1: the cloth is beyond all bounds')
+
+
+def test_threads_of_one_process_make_the_same_clips(tmp_path):
+    """Also where a worker has more than the one thread that it should have."""
+    found = recipe({'frames: 4': 'frames: 30'}, channels=['colour', 'depth', 'forward_flow'])
+    store = Store(tmp_path / 'made')
+    store.making.mkdir(parents=True)
+
+    def make(number):
+        return make_clip(found, number, store)['content']
+    alone = [make(number) for number in range(4)]
+    with ThreadPoolExecutor(2) as pool:
+        assert list(pool.map(make, range(4))) == alone
 
 
 def test_a_clip_without_images_is_not_drawn(made, monkeypatch):

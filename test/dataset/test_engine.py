@@ -49,7 +49,7 @@ def job(tmp_path):
 
 
 def digests(rows):
-    return {row['number']: row['sha256'] for row in rows}
+    return {row['number']: row['content'] for row in rows}
 
 
 def test_killed_workers_lose_no_clip(client, job, tmp_path):

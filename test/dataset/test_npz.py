@@ -24,7 +24,8 @@ import pytest
 
 def test_numpy_and_zip_read_what_is_written(tmp_path, monkeypatch):
     """Also of arrays that did not stay in memory; the digest is that of the file."""
-    monkeypatch.setattr('flag_sim.dataset.npz.IN_MEMORY', 1000)
+    monkeypatch.setattr('flag_sim.dataset.pieces.IN_MEMORY', 1000)
+    monkeypatch.setattr('flag_sim.dataset.pieces._idle', [])
     random, path = np.random.default_rng(2), tmp_path / 'a.npz'
     frames = [{'colour': random.integers(0, 255, (32, 24, 3), np.uint8),
                'depth': np.full((32, 24), np.inf, np.float32), 'time': np.float64(k) * np.ones(()),
@@ -66,3 +67,21 @@ def test_frames_of_another_shape_are_refused(tmp_path):
         writer.append({'a': np.zeros((2, 3))})
         with pytest.raises(ValueError, match='among'):
             writer.append({'a': np.zeros((2, 4))})
+
+
+def test_writers_at_once_have_memory_of_their_own_and_give_it_back(tmp_path, monkeypatch):
+    idle = []
+    monkeypatch.setattr('flag_sim.dataset.pieces._idle', idle)
+    random = np.random.default_rng(3)
+    arrays = [random.normal(size=(3, 40, 50)) for _ in range(2)]
+    for _ in range(2):
+        with (NpzWriter(tmp_path / '0.npz', 3) as one, NpzWriter(tmp_path / '1.npz', 3) as other):
+            for frames in zip(*arrays):
+                one.append({'a': frames[0]})
+                other.append({'a': frames[1]})
+            one.finish()
+            other.finish()
+        for k, array in enumerate(arrays):
+            with np.load(tmp_path / f'{k}.npz') as file:
+                assert np.array_equal(file['a'], array)
+        assert len(idle) == 2
