@@ -28,6 +28,7 @@ from flag_sim.tools.domains import NoDomain
 from flag_sim.tools.film import (
     count_images, images_of, write_animation, write_contact_sheet, write_movie)
 from flag_sim.tools.graph import Graph
+from flag_sim.tools.signals import noted_signals
 from tqdm import tqdm
 import yaml
 
@@ -65,9 +66,9 @@ class Progress:
         return self._without > (STALLED if self.bar.n else FIRST_STALLED)
 
 
-def play(shot: Path, frames: int, out: Path) -> tuple[bool, dict[str, str]]:
+def play(shot: Path, frames: int, out: Path, signals: Sequence) -> tuple[bool, dict[str, str]]:
     """
-    Play the params file `shot` into the bag out/demo.
+    Play the params file `shot` into the bag out/demo, until something is added to `signals`.
 
     Return whether wind and recorder have ended as they do after a whole shot, and the last
     variables of the recorder (see Graph.told).
@@ -85,7 +86,7 @@ def play(shot: Path, frames: int, out: Path) -> tuple[bool, dict[str, str]]:
         while None in (wind.poll(), recorder.poll()) and not graph.failed():
             progress.look(int(graph.told('recorder').get('X_FLAG_SIM_FRAMES', 0)),
                           time.monotonic())
-            if progress.is_stalled:
+            if progress.is_stalled or signals:
                 break
             time.sleep(POLL_PERIOD)
         told = graph.told('recorder')
@@ -93,7 +94,7 @@ def play(shot: Path, frames: int, out: Path) -> tuple[bool, dict[str, str]]:
         progress.bar.close()
         is_whole = wind.poll() == 0 and recorder.poll() == 0
         # The logs of the nodes that failed say why; if none failed, any log may.
-        for name in graph.failed() or ([] if is_whole else graph.processes):
+        for name in [] if signals else graph.failed() or ([] if is_whole else graph.processes):
             print(f'--- {name} said:\n{graph.log(name)}', file=sys.stderr)
         return is_whole, told
 
@@ -118,11 +119,15 @@ def film(shot: Path, frames: int, out: Path) -> int:
     print(f'playing {shot.name}: {frames} frames through wind, physics, renderer and recorder')
     print('(the first time, compiling the kernels takes up to half a minute, longer where the '
           'machine is busy)')
-    try:
-        is_whole, told = play(shot, frames, out)
-    except NoDomain as error:
-        print(error, file=sys.stderr)
-        return 1
+    with noted_signals() as signals:
+        try:
+            is_whole, told = play(shot, frames, out, signals)
+        except NoDomain as error:
+            print(error, file=sys.stderr)
+            return 1
+    if signals:
+        print('ended before the shot was', file=sys.stderr)
+        return 128 + signals[0]
     bag = out / 'demo'
     if not is_whole or count_images(bag) != frames:
         print('the shot did not reach its end', file=sys.stderr)

@@ -16,7 +16,6 @@
 import argparse
 from collections.abc import Callable, Sequence
 from pathlib import Path
-import signal
 import sys
 import tempfile
 import time
@@ -25,6 +24,7 @@ from flag_sim.parameters.arguments import given_path
 from flag_sim.parameters.config import config_path
 from flag_sim.tools.domains import NoDomain
 from flag_sim.tools.graph import Graph
+from flag_sim.tools.signals import noted_signals
 from flag_sim.viewer.shot_files import shipped
 
 SHOT = 'turn'
@@ -78,10 +78,7 @@ def main(args: Sequence[str] | None = None) -> int:
     except FileNotFoundError:
         parser.error(f"no params file '{options.shot}' in config/; there are: "
                      + ', '.join(path.stem for paths in shipped().values() for path in paths))
-    signals = []  # noted only: what they would raise could come while a process is started
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *one: signals.append(one))
-    with tempfile.TemporaryDirectory(prefix='flag_sim-view-') as logs:
+    with tempfile.TemporaryDirectory(prefix='flag_sim-view-') as logs, noted_signals() as signals:
         try:
             return show(shot, options.screenshot, Path(logs), lambda: bool(signals))
         except NoDomain as error:

@@ -23,6 +23,7 @@ from flag_sim.parameters.config import config_path
 from flag_sim.tools import demo
 from PIL import Image
 import pytest
+from support.children import children_of, is_there
 from support.soak import SOAK
 import yaml
 
@@ -119,3 +120,18 @@ def test_a_shot_that_fails_says_whose_log_tells_why(tmp_path):
     assert done.returncode == 1
     assert '--- physics said:\nrefused: stiffness must be' in done.stderr
     assert 'did not reach its end' in done.stderr and not (tmp_path / 'demo.png').exists()
+
+
+def test_all_processes_end_with_a_demo_that_is_told_to(tmp_path):
+    """By SIGTERM, as CI and `timeout` tell it, as by Ctrl-C."""
+    with subprocess.Popen(
+            [sys.executable, '-m', 'flag_sim.tools.demo', '--shot', 'calm', '--out', tmp_path],
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
+        end = time.monotonic() + 120.0
+        while len(nodes := children_of(process.pid)) < 4:
+            assert process.poll() is None and time.monotonic() < end
+            time.sleep(0.05)
+        process.terminate()
+        said, _ = process.communicate(timeout=120.0)
+    assert process.returncode == 128 + signal.SIGTERM and 'ended before the shot was' in said
+    assert not any(map(is_there, nodes))

@@ -13,7 +13,6 @@
 # limitations under the License.
 
 """The window with all nodes as processes, and what is left of them when it is closed."""
-import os
 import signal
 import subprocess
 import sys
@@ -22,26 +21,11 @@ import time
 from flag_sim.tools import view
 from PIL import Image
 import pytest
+from support.children import children_of, is_there
 from support.qt import why_no_qt
 
 pytestmark = pytest.mark.skipif(bool(why_no_qt()), reason=why_no_qt())
 SECONDS = 120.0  # that a start may take: kernels may have to be compiled
-
-
-def children_of(pid):
-    """Return the ids of the processes that a process has started."""
-    path = f'/proc/{pid}/task/{pid}/children'
-    with open(path) as file:
-        return [int(one) for one in file.read().split()]
-
-
-def is_there(pid):
-    """Return whether a process still runs."""
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    return True
 
 
 def started(*arguments):
