@@ -70,6 +70,8 @@ class Track:
         self.turns = checks.boolean('turns', turns)
         is_stepped = any(issubclass(kind, STEPPED) for kind in set(map(type, self.values)))
         laws = [] if laws is None else checks.listed('laws', laws)
+        self._check_lengths(times=self.times, values=self.values,
+                            **({'laws': laws} if laws else {}))
         self.laws = laws or ['step' if is_stepped else 'linear'] * len(self.times)
         self._check(is_stepped)
         self._path = self.values
@@ -82,13 +84,15 @@ class Track:
             self._path = self._path.tolist()  # plain numbers are faster one by one
         self._slopes = {} if is_stepped else self._cubic_slopes()
 
-    def _check(self, is_stepped):
-        if not self.times:
+    @staticmethod
+    def _check_lengths(**given):
+        if not given['times']:
             raise ValueError('a track needs at least one key; times is empty')
-        lengths = {'times': len(self.times), 'values': len(self.values), 'laws': len(self.laws)}
-        if len(set(lengths.values())) > 1:
-            raise ValueError('times, values and laws must be of one length, not '
-                             + ', '.join(f'{n} {name}' for name, n in lengths.items()))
+        if len({*map(len, given.values())}) > 1:
+            raise ValueError('times, values and laws, if given, must be of one length, not '
+                             + ', '.join(f'{name} of {len(one)}' for name, one in given.items()))
+
+    def _check(self, is_stepped):
         widths = np.diff(self.times)
         for k in np.flatnonzero(~(widths >= LEAST_KEY_SPACING))[:1]:
             earlier, later = self.times[k:k + 2]

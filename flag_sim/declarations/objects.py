@@ -48,8 +48,9 @@ def boxes_of(values: Mapping) -> tuple[Box, ...]:
     for declaration, own, may_lack in (
             (POSITIONS, positions, False), (YAWS, yaws, True), (COLORS, colors, True)):
         if len(own) != count and (own or not may_lack):
-            raise ValueError(f'{declaration.name} must be those of the {count} boxes that '
-                             f'{SIZES.name} has, not of {len(own)}')
+            boxes = 'the one box' if count == 1 else f'the {count} boxes'
+            raise ValueError(f'{declaration.name} must be those of {boxes} that {SIZES.name} '
+                             f'has, not of {len(own)}')
     surfaces = [dataclasses.replace(Box.surface, color=color) for color in colors]
     return tuple(map(Box, sizes, positions, yaws or [0.0] * count,
                      surfaces or [Box.surface] * count))

@@ -48,7 +48,7 @@ def read_picture(path: str | os.PathLike) -> Picture:
     """
     path = Path(path)
     try:
-        from PIL import Image  # which the library does without
+        from PIL import Image, UnidentifiedImageError  # which the library does without
     except ImportError:
         raise ValueError(f'{path} cannot be read: Pillow is not installed') from None
     try:
@@ -59,6 +59,8 @@ def read_picture(path: str | os.PathLike) -> Picture:
                 if size[0] * size[1] > MOST_PIXELS:
                     raise ValueError(f'{size[0]} x {size[1]} are more than {MOST_PIXELS} pixels')
                 return Picture(_texture(_opaque(Image, image)), size)
+    except UnidentifiedImageError:
+        reason = f'it is not one of {", ".join(FORMATS)}'
     except OSError as error:
         reason = error.strerror or _sentence(error)
     except Exception as error:  # noqa: B902 (what a damaged file ends in is any of Pillow's)

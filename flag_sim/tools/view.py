@@ -25,6 +25,7 @@ from flag_sim.parameters.arguments import given_path
 from flag_sim.parameters.config import config_path
 from flag_sim.tools.domains import NoDomain
 from flag_sim.tools.graph import Graph
+from flag_sim.viewer.shot_files import shipped
 
 POLL_PERIOD = 0.1
 """How often to check whether the window is still there [s]."""
@@ -48,7 +49,8 @@ def show(shot: Path, screenshot: Path | None, logs: Path,
         viewer = graph.start('viewer', *(() if screenshot is None else (
             '-p', f'screenshot:={screenshot.absolute()}')))
         print(f'The window shows {shot.name}. To reach the nodes from another terminal:\n'
-              f'export ROS_DOMAIN_ID={graph.domain} ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST',
+              f'export ROS_DOMAIN_ID={graph.domain} ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST\n'
+              f'Their logs, as long as the window is there: {logs}',
               flush=True)
         told = set()
         while viewer.poll() is None and not is_stopped():
@@ -71,8 +73,9 @@ def main(args: Sequence[str] | None = None) -> int:
     options = parser.parse_args(args)
     try:
         shot = config_path(f'{options.shot}.yaml')
-    except FileNotFoundError as error:
-        parser.error(str(error))
+    except FileNotFoundError:
+        parser.error(f"no params file '{options.shot}' in config/; there are: "
+                     + ', '.join(path.stem for paths in shipped().values() for path in paths))
     signals = []  # noted only: what they would raise could come while a process is started
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *one: signals.append(one))

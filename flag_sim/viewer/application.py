@@ -73,7 +73,8 @@ def why_no_display() -> str:
     return '\n'.join([
         f'Qt cannot open a window on the display {display}:' if display else
         'there is no display to open a window on (neither DISPLAY nor WAYLAND_DISPLAY is set):',
-        *lines[:4], 'over ssh, log in with ssh -X; without any display the viewer cannot be used'])
+        *lines[:4], 'over ssh, log in with ssh -X; a picture of the window needs no display:',
+        'set QT_QPA_PLATFORM=offscreen and the parameter screenshot'])
 
 
 class Bridge(QObject):

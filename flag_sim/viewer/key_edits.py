@@ -17,6 +17,8 @@ import bisect
 from collections.abc import Mapping
 from typing import NamedTuple
 
+from flag_sim.parameters.descriptor import Descriptor
+
 PARTS = ('times', 'values', 'laws', 'turns')
 """The parts of a track's keys, each a parameter of the wind of its own."""
 
@@ -64,6 +66,14 @@ class Keys(NamedTuple):
     def law_at(self, time: float) -> str:
         """Return the law of the segment that a time is in, or of the nearest."""
         return self.laws[min(max(bisect.bisect(self.times, time) - 1, 0), len(self.laws) - 1)]
+
+
+def usual_law(descriptor: Descriptor, flat: list | None) -> str:
+    """Return the law that leads on from a key unless another is given."""
+    kind = descriptor.kind
+    if kind == 'other' and flat:
+        kind = type(flat[0]).__name__
+    return 'linear' if kind in ('float', 'floats') else 'step'
 
 
 def read_keys(values: Mapping, track: str, usual_law: str, length: int | None) -> Keys | None:

@@ -17,18 +17,10 @@ from pathlib import Path
 
 from flag_sim.viewer import shot_files
 from flag_sim.viewer.field import Field
+from flag_sim.viewer.keys_help import keys_page
 from qtpy.QtGui import QKeySequence
 from qtpy.QtWidgets import QAction, QApplication, QFileDialog, QMainWindow, QMenu, QMessageBox
 
-KEYS = """\
-On the picture: W A S D shift it, + and - (or the wheel) bring it nearer and farther, Shift with
-the arrows (or a drag with the right button) turns it, Home (or a double click) resets it.
-
-On the timeline: the arrows choose a key, Alt with the arrows moves it, Insert or Ctrl+I adds one
-at the playhead, Delete or Ctrl+Delete deletes it; the fields above set its time, value and law.
-
-Tab goes from one field to the next; the arrows change numbers and sliders; Ctrl+1, 2, 3 lead to
-the picture, the search for parameters and the timeline."""
 FILES = 'Params files (*.yaml *.yml)'
 
 
@@ -75,7 +67,8 @@ def fill(window: QMainWindow) -> None:
     add(go, 'To the &timeline', window.timeline.rows.setFocus, 'Ctrl+3')
     add(go, '&Search', _all_selected(window), 'Ctrl+F')
     about = bar.addMenu('&Help')
-    add(about, '&Keys and mouse', lambda: QMessageBox.information(window, 'Keys', KEYS), 'F1')
+    add(about, '&Keys and mouse', lambda: QMessageBox.information(
+        window, 'Keys', keys_page(window.menuBar())), 'F1')
 
 
 def _all_selected(window):

@@ -53,12 +53,14 @@ class NumberBox(QAbstractSpinBox):
         self.editingFinished.connect(self._finish)
         self.show_value(0)
 
-    def show_value(self, value: float) -> None:
-        """Show a value; it is not asked for."""
+    def show_value(self, value: float | None) -> None:
+        """Show a value, or nothing; it is not asked for."""
         self._value = value
         self.lineEdit().setText(self._text(value))
 
     def _text(self, value):
+        if value is None:
+            return ''
         return f'{value}' if self._is_whole else f'{value:.{DIGITS}g}'
 
     def _finish(self):
@@ -91,7 +93,7 @@ class NumberBox(QAbstractSpinBox):
 
     def stepEnabled(self) -> QAbstractSpinBox.StepEnabled:
         """Return which of the arrows lead on."""
-        if self.isReadOnly():
+        if self.isReadOnly() or self._value is None:
             return QAbstractSpinBox.StepNone
         up = (QAbstractSpinBox.StepUpEnabled if self._value < self._high
               else QAbstractSpinBox.StepNone)

@@ -36,7 +36,8 @@ def why_still(model: GraphModel, seconds: float) -> str:
         return (f'Nobody publishes {TOPICS[role]}. A first start compiles for some seconds.\n'
                 f'To start the node that does: ros2 run flag_sim {role}')
     if model.value('wind', 'paused') is True:
-        return 'The wind is paused. Run, or step to the next frame.'
+        return ('The wind is paused. Run, or step to the next frame;\n'
+                'what is changed meanwhile is seen then.')
     if 'wind' in lacking:
         return ('Nobody publishes parameters. To start the node that does: '
                 'ros2 run flag_sim wind')

@@ -23,8 +23,6 @@ import yaml
 
 FILMED = ('pace', 'frames', 'window', 'wait_for', 'resend_after')
 """Of the wind: how a shot is filmed, and when it ends. They stay as they are while one looks."""
-TOGETHER = ('tracks', 'keys.', 'events.')
-"""How names of the wind begin that are set all or none."""
 
 
 def read_sections(path: Path) -> dict[str, dict]:
@@ -64,18 +62,16 @@ def values_for(sections: Mapping, node: str) -> dict[str, object]:
             for name, value in values.items()}
 
 
-def wind_values(values: Mapping) -> tuple[dict, dict]:
+def wind_values(values: Mapping) -> dict[str, object]:
     """
-    Return (what is set together, what is set one by one) of a file's values for the wind.
+    Return what the window sets of a file's values for the wind.
 
     A shot, which says how many frames it has, brings all its tracks and events: those that were
     there before it are played no more. What says how it is filmed is left out.
     """
-    together = {name: value for name, value in values.items() if name.startswith(TOGETHER)}
-    if 'frames' in values:
-        together = {'tracks': [], 'events.names': [], 'events.times': [], **together}
-    return together, {name: value for name, value in values.items()
-                      if name not in together and name not in FILMED}
+    nothing = {'tracks': [], 'events.names': [], 'events.times': []}
+    values = {**nothing, **values} if 'frames' in values else values
+    return {name: value for name, value in values.items() if name not in FILMED}
 
 
 def shipped() -> dict[str, list[Path]]:

@@ -98,13 +98,14 @@ class TimelineRows(Rows):
         self._model.move(row.name, k, keys.times[place], keys.values[place])
 
     def mouseDoubleClickEvent(self, event) -> None:
-        """Add a key where the curve is at that time."""
+        """Add a key where the curve is at that time, and select it."""
         place = self._place(event.position())
         if place is not None and event.button() == Qt.LeftButton and not (
                 self._key_at(event.position())):
             self._drag = None
             time = self._model.at_frame(self.times().time(event.position().x()))
-            self._model.add(self._model.rows[place].name, time)
+            name = self._model.rows[place].name
+            self.select(name, self._model.add(name, time))
 
     def wheelEvent(self, event) -> None:
         """Zoom in time, or with Shift move; without a key it scrolls the rows if they are many."""

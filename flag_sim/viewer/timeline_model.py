@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """The wind's tracks as the timeline shows and edits them. No Qt."""
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 import contextlib
 import dataclasses
 
@@ -22,7 +22,7 @@ from flag_sim.animation.tracks import Track
 from flag_sim.parameters.descriptor import Descriptor
 from flag_sim.viewer.exchange import FramePlace
 from flag_sim.viewer.graph_model import GraphModel
-from flag_sim.viewer.key_edits import changes_of, Keys, read_keys
+from flag_sim.viewer.key_edits import changes_of, Keys, read_keys, usual_law
 from flag_sim.viewer.timeline_geometry import span_of
 from flag_sim.viewer.undo import AUTOKEY, Edit, History
 
@@ -81,6 +81,7 @@ class TimelineModel:
         self._known = {}    # the wind's parameters of EDITED, as they were last
         self._asked = {}    # those that edits have asked for, until they are heard of
         self._under_way = 0  # edits that the wind has not answered
+        self._later = []     # undo and redo that were asked for meanwhile
         self.history = History()
         self.rows = []
         self.events = []    # (time [s], name)
@@ -211,11 +212,13 @@ class TimelineModel:
         """Delete a track with all its keys."""
         self._edit('delete a track', name, None)
 
-    def add(self, name: str, time: float) -> None:
-        """Add a key of a track where it is at a time [s]: nothing moves by it."""
+    def add(self, name: str, time: float) -> int:
+        """Add a key where a track is at a time [s], so that nothing moves; return its place."""
         keys = self.row(name).keys
         value = self.row(name).value_at(time)
-        self._edit('add a key', name, keys.having(time, value, keys.law_at(time)))
+        keys = keys.having(time, value, keys.law_at(time))
+        self._edit('add a key', name, keys)
+        return keys.times.index(time)
 
     def key_parameter(self, role: str, parameter: str, time: float) -> None:
         """Add a key of the value that a parameter has, and a track for it if there is none."""
@@ -238,21 +241,41 @@ class TimelineModel:
         edit = Edit(words, before, changes)
         self._put(changes, lambda: self.history.add(edit))
 
+    def load(self, words: str, changes: Mapping, on_answer: Callable[[str], None]) -> None:
+        """
+        Set parameters {name: value} of the wind, all or none, as one edit.
+
+        words: what it was; on_answer(reason): called once, '' where they are set.
+        """
+        before = {name: self._values.get(name) for name in changes}
+
+        def then():
+            self.history.add(Edit(words, before, dict(changes)))
+            on_answer('')
+        self._put(changes, then, on_answer)
+
     def undo(self) -> None:
-        """Undo the last edit."""
+        """Undo the last edit, or the one before if it is being undone."""
+        if self._under_way:
+            self._later.append(self.undo)
+            return
         edit = self.history.next_undo
-        if edit is not None and not self._under_way:
+        if edit is not None:
             self._put(edit.before, self.history.undone)
 
     def redo(self) -> None:
         """Make the edit again that was undone last."""
+        if self._under_way:
+            self._later.append(self.redo)
+            return
         edit = self.history.next_redo
-        if edit is not None and not self._under_way:
+        if edit is not None:
             self._put(edit.after, self.history.redone)
 
-    def _put(self, changes, then):
+    def _put(self, changes, then, refused=None):
         """Set parameters of the wind, all or none; call `then` once they are set."""
-        self._asked.update(changes)
+        self._asked.update({name: value for name, value in changes.items()
+                            if name.startswith(EDITED)})
         self._under_way += 1
 
         def answer(reason):
@@ -260,17 +283,12 @@ class TimelineModel:
             if reason:
                 self._asked = {name: value for name, value in self._asked.items()
                                if name not in changes}
-                self._say(reason)
+                self._later.clear()
+                (refused or self._say)(reason)
             else:
                 then()
             self._read()  # what was dragged goes back
+            while self._later and not self._under_way:
+                self._later.pop(0)()
         self._graph.put_together('wind', changes, answer)
         self._read()
-
-
-def usual_law(descriptor: Descriptor, flat: list | None) -> str:
-    """Return the law that leads on from a key unless another is given."""
-    kind = descriptor.kind
-    if kind == 'other' and flat:
-        kind = type(flat[0]).__name__
-    return 'linear' if kind in ('float', 'floats') else 'step'

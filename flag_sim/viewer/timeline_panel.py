@@ -114,7 +114,8 @@ class TimelinePanel(QWidget):
         for widget in (self.key_time, self.key_value, self.law):
             widget.setEnabled(found is not None)
         if found is None:
-            self.key_value.setText('')
+            self.key_time.show_value(None)
+            self.key_value.clear()
             return
         row, k = found
         at = self.rows.point(self.model.rows.index(row), k)
@@ -148,13 +149,19 @@ class TimelinePanel(QWidget):
         self.model.move(row.name, k, time, value)
 
     def add(self) -> None:
-        """Add a key at the playhead to the track of the selected key, or else to all."""
+        """
+        Add a key at the playhead to the track of the selected key, or else to all.
+
+        Where it is one, it is selected.
+        """
         if self._time is None:
             return
         time = self.model.at_frame(self._time)
         found = self._selected()
-        for row in ([found[0]] if found else list(self.model.rows)):
-            self.model.add(row.name, time)
+        added = [(row.name, self.model.add(row.name, time))
+                 for row in ([found[0]] if found else list(self.model.rows))]
+        if len(added) == 1:
+            self.rows.select(*added[0])
 
     def delete(self) -> None:
         """Delete the selected key."""

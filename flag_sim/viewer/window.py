@@ -23,6 +23,7 @@ from flag_sim.viewer.exchange import FramePlace
 from flag_sim.viewer.frame_counter import FrameCounter
 from flag_sim.viewer.graph_model import GraphModel, ROLES
 from flag_sim.viewer.hands import Hands
+from flag_sim.viewer.loading import Loader
 from flag_sim.viewer.panel import Panel
 from flag_sim.viewer.picture_view import PictureView, to_image
 from flag_sim.viewer.reasons import why_still
@@ -73,6 +74,7 @@ class Window(QMainWindow):
         top.setStretchFactor(0, 1)
         top.setStretchFactor(1, 0)
         self.timeline = TimelinePanel(self.model, self.say)
+        self._loader = Loader(self.model, self.timeline.model, self.say)
         whole = QSplitter(Qt.Vertical)
         whole.addWidget(top)
         whole.addWidget(self.timeline)
@@ -145,38 +147,8 @@ class Window(QMainWindow):
         self.model.put('wind', {'paused': not self.model.wanted('wind', 'paused', False)})
 
     def load(self, path: Path) -> None:
-        """Set what a params file holds for the nodes that are there."""
-        try:
-            sections = shot_files.read_sections(path)
-        except (OSError, ValueError) as error:
-            self.say(f'{path} was not loaded: {error}')
-            return
-        count = 0
-        for role in ROLES:
-            if not self.model.is_known(role):
-                continue
-            values = shot_files.values_for(sections, self.model.nodes[role])
-            together = {}
-            if role == 'wind':
-                together, values = shot_files.wind_values(values)
-            values = {name: value for name, value in values.items() if self._can_set(role, name)}
-            count += len(values) + len(together)
-            if values:
-                self.model.put(role, values)
-            if together:
-                self.model.put_together(role, together, lambda reason: self._begin(path, reason))
-        self.say(f'{Path(path).name}: {count} parameters are set' if count else
-                 f'{Path(path).name} has nothing for the nodes that are there')
-
-    def _can_set(self, role, name):
-        descriptor = self.model.descriptor(role, name)
-        return descriptor is not None and not descriptor.is_fixed
-
-    def _begin(self, path, reason):
-        if reason:
-            self.say(f'the keys of {Path(path).name} were refused: {reason}')
-        else:
-            self.model.publish('reset')
+        """Set what a params file holds for the nodes that are there: all of it, or nothing."""
+        self._loader.load(path)
 
     def save(self, path: Path) -> None:
         """Write the parameters of all nodes that are there as a params file."""

@@ -95,8 +95,8 @@ def test_what_cannot_be_read_is_refused_with_path_and_reason(tmp_path):
     (tmp_path / 'folder').mkdir()
     Image.fromarray(blots(50, 50)).save(tmp_path / 'cut.png')
     (tmp_path / 'cut.png').write_bytes((tmp_path / 'cut.png').read_bytes()[:3000])
-    for name, reason in (('gone.png', 'No such file'), ('text.png', 'cannot identify'),
-                         ('empty.png', 'cannot identify'), ('page.eps', 'cannot identify'),
+    for name, reason in (('gone.png', 'No such file'), ('text.png', 'not one of PNG, '),
+                         ('empty.png', 'not one of PNG, '), ('page.eps', 'not one of PNG, '),
                          ('bomb.png', 'pixels'), ('monster.png', ''), ('pipe.png', 'not a file'),
                          ('folder', 'directory'), ('cut.png', 'truncated'), ('\0', 'null')):
         with pytest.raises(ValueError) as refused:

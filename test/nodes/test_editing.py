@@ -67,7 +67,7 @@ def played(tmp_path_factory, module_domain):
     ('keys.wind.speed.times', [100.0, 0.0], 'times must increase strictly; 0.0 follows 100.0'),
     ('keys.wind.speed.times', [1.0, 1.0], 'times must increase strictly; 1.0 follows 1.0'),
     ('keys.wind.speed.times', [0.0, float('nan')], 'times must be finite, not nan'),
-    ('keys.wind.speed.times', [0.0, 1.0, 2.0], 'of one length, not 3 times, 2 values, 2 laws'),
+    ('keys.wind.speed.times', [0.0, 1.0, 2.0], 'length, not times of 3, values of 2, laws of 2'),
     ('keys.wind.speed.times', [], 'at least one key; times is empty'),
     ('keys.wind.speed.times', 1.0, 'keys.wind.speed.times must be a list, not 1.0'),
     ('keys.wind.speed.values', [5.0, 300.0], 'from 0 to 200 [m/s], not 300.0'),

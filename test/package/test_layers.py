@@ -39,7 +39,7 @@ ROOMS = {
     'study': (*LIBRARY, 'animation', 'declarations'),
     'viewer': ('animation', 'parameters', 'protocol'),
     'testing': ('declarations', 'parameters', 'tools'),
-    'tools': ('cloth', 'dataset', 'drawing', 'parameters', 'protocol'),
+    'tools': ('cloth', 'dataset', 'drawing', 'parameters', 'protocol', 'viewer'),
 }
 """Of every folder of the package, the others that it may import."""
 WITH_ROS = ('ros', 'nodes')

@@ -80,4 +80,4 @@ def test_an_unknown_shot_is_refused(capsys):
     with pytest.raises(SystemExit) as end:
         view.main(['--shot', 'nix'])
     said = capsys.readouterr().err
-    assert end.value.code == 2 and "no file 'nix.yaml' in config/; there are:" in said
+    assert end.value.code == 2 and "no params file 'nix' in config/; there are: calm, " in said

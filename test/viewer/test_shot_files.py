@@ -30,9 +30,12 @@ def test_what_is_shipped_is_shots_and_presets():
 def test_each_node_gets_what_is_meant_for_it():
     sections = shot_files.read_sections(config_path('turn.yaml'))
     assert shot_files.values_for(sections, '/left/physics') == {'preroll': 4.0}
-    together, single = shot_files.wind_values(shot_files.values_for(sections, '/wind'))
-    assert together['tracks'] == ['wind.azimuth'] and together['events.names'] == []
-    assert single == {'speed': 8.0, 'gust.intensity': 0.1}  # not how it is filmed
+    values = shot_files.wind_values(shot_files.values_for(sections, '/wind'))
+    assert values['tracks'] == ['wind.azimuth'] and values['events.names'] == []
+    assert {name: value for name, value in values.items()
+            if not name.startswith(('tracks', 'keys.', 'events.'))} == {
+        'speed': 8.0, 'gust.intensity': 0.1}  # not how it is filmed
+    assert shot_files.wind_values({'speed': 3.0, 'pace': 'lockstep'}) == {'speed': 3.0}
 
 
 def test_nested_names_and_namespaces_are_read(tmp_path):

@@ -18,6 +18,7 @@ import math
 from flag_sim.parameters.descriptor import Descriptor
 from flag_sim.viewer.exchange import Described, Found
 from flag_sim.viewer.graph_model import GraphModel
+from flag_sim.viewer.keys_help import keys_page
 from flag_sim.viewer.panel import Panel
 import numpy as np
 import pytest
@@ -272,3 +273,12 @@ def test_hundreds_of_parameters_are_shown(desk):
         'group0.value399']
     assert len(panel.fields()) == 403
     panel.deleteLater()
+
+
+def test_the_help_has_every_key_of_the_menus(desk):
+    page = keys_page(desk.window.menuBar())
+    actions = [action for entry in desk.window.menuBar().actions()
+               for action in entry.menu().actions() if not action.shortcut().isEmpty()]
+    assert len(actions) > 12
+    for action in actions:
+        assert f'<td>{action.shortcut().toString()}&nbsp;' in page

@@ -128,14 +128,37 @@ def test_keys_are_added_and_deleted_and_get_laws(desk):
     desk.until(lambda: len(at_wind(desk, 'times')) == 4)
     desk.until(lambda: not model(desk)._under_way)
     added = next(time for time in at_wind(desk, 'times') if time not in TIMES)
-    rows.select(TRACK, at_wind(desk, 'times').index(added))
-    panel._show_selected()
+    assert rows.selected == (TRACK, at_wind(desk, 'times').index(added))
     assert float(panel.key_time.text()) == pytest.approx(added, rel=1e-4)
     panel.law.setFocus()
     QTest.keyClicks(panel.law, 'ease')
     desk.until(lambda: at_wind(desk, 'laws').count('ease') == 1)
     QTest.keyClick(rows, Qt.Key_Delete)
     desk.until(lambda: at_wind(desk, 'times') == TIMES)
+    rows.select(None)
+    assert panel.key_time.text() == panel.key_value.text() == ''
+    at = QPointF(rows.times().x(1.5), rows.point(0, 1).y() + 30.0)
+    mouse(rows, QEvent.MouseButtonDblClick, at)
+    assert rows.selected == (TRACK, 2)
+    QTest.keyClick(rows, Qt.Key_Delete)
+    desk.until(lambda: at_wind(desk, 'times') == TIMES and not model(desk)._under_way)
+
+
+def test_a_burst_of_undo_and_redo_is_done_to_its_end(desk):
+    """They wait for the wind's answer to what was asked before them."""
+    rows = desk.window.timeline.rows
+    rows.select(TRACK, 1)
+    for n in range(1, 6):
+        QTest.keyClick(rows, Qt.Key_Right, Qt.AltModifier)
+        desk.until(lambda: not model(desk)._under_way and not model(desk)._asked)
+        assert at_wind(desk, 'times')[1] == pytest.approx(TIMES[1] + n / 30.0)
+    for _ in range(5):
+        model(desk).undo()
+    desk.until(lambda: at_wind(desk, 'times') == TIMES)
+    for _ in range(3):
+        model(desk).redo()
+    desk.until(lambda: at_wind(desk, 'times')[1] == pytest.approx(TIMES[1] + 0.1))
+    desk.until(lambda: not model(desk)._under_way)
 
 
 def test_the_keyboard_moves_a_key(desk):
@@ -241,5 +264,27 @@ def test_a_shot_is_loaded_whole(desk):
                and desk.value('physics', 'preroll') == 4.0
                and desk.window.counter.place.take > take)
     assert (desk.value('wind', 'pace'), desk.value('wind', 'frames')) == ('realtime', 0)
+    said = desk.window.statusBar().currentMessage
+    assert f'no longer played: {TRACK}' in said()
     desk.window.load('there is none.yaml')
-    assert 'was not loaded' in desk.window.statusBar().currentMessage()
+    assert 'was not loaded' in said()
+    model(desk).undo()  # of what the wind had
+    desk.until(lambda: desk.value('wind', 'tracks') == [TRACK])
+    assert at_wind(desk, 'times') == TIMES
+
+
+def test_a_file_that_a_node_refuses_is_not_loaded_at_all(desk, tmp_path):
+    path = tmp_path / 'bad.yaml'
+    path.write_text("""
+/**/wind: {ros__parameters: {speed: 4.0, frames: 9}}
+/**/physics: {ros__parameters: {gravity: 1.5}}
+/**/renderer: {ros__parameters: {samples: 4, width: -5}}
+""")
+    before = [desk.value('wind', 'speed'), desk.value('physics', 'gravity'),
+              desk.value('renderer', 'samples')]
+    desk.window.load(path)
+    said = desk.window.statusBar().currentMessage
+    desk.until(lambda: 'not loaded: renderer: width must be' in said())
+    desk.until(lambda: before == [desk.value('wind', 'speed'), desk.value('physics', 'gravity'),
+                                  desk.value('renderer', 'samples')])
+    assert desk.value('wind', 'tracks') == [TRACK]
