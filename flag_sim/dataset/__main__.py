@@ -16,23 +16,31 @@
 import argparse
 from collections.abc import Iterable, Sequence
 import contextlib
+import dataclasses
 import importlib.util
-from pathlib import Path
 import sys
+import threading
 import time
 
 from flag_sim.dataset import engine, manifest
 from flag_sim.dataset.clip import versions
+from flag_sim.dataset.laws import Law
 from flag_sim.dataset.marked_yaml import MarkedError
 from flag_sim.dataset.recipe import MOST_CLIPS, read_recipe, Recipe
 from flag_sim.dataset.shot import check, NoClip
 from flag_sim.dataset.store import Shard, Store, StoreError
+from flag_sim.dataset.verification import verify
+from flag_sim.jit.cache import compilations
 from flag_sim.parameters.arguments import given_path
 
 NEEDED = {'yaml': 'pyyaml', 'pyarrow': 'pyarrow', 'tqdm': 'tqdm'}
 TRIED = 16
 """How many clips are drawn before any is made: a recipe of which none can be is refused."""
+MOST_CHOICES = 64
+"""Of up to so many choices each is tried by itself."""
 KEPT = 'what is whole is kept, and the same command goes on from here'
+LOOK = 0.5
+"""How often it is looked whether kernels are compiled [s]."""
 SHOWN = 10
 """How many of the clips that could not be made are shown."""
 
@@ -45,7 +53,8 @@ def main(args: Sequence[str] | None = None) -> int:
             parser.error(f"a dataset needs {name}: pip install 'flag_sim[dataset]'")
     try:
         recipe = read_recipe(options.recipe)
-        _try(recipe)
+        if not options.verify:
+            _try(recipe)
     except MarkedError as error:
         print(error, file=sys.stderr)
         return 2
@@ -54,7 +63,7 @@ def main(args: Sequence[str] | None = None) -> int:
     store = Store(options.output, shard.tag)
     try:
         if options.verify:
-            return _verify(store, shard.numbers(clips))
+            return verify(store, shard.numbers(clips))
         with store.opened(recipe, versions()['flag_sim']):
             return _run(recipe, store, options, shard.numbers(clips))
     except StoreError as error:
@@ -99,14 +108,29 @@ def _shard(text):
 
 
 def _try(recipe: Recipe) -> None:
-    """Raise MarkedError where none of the first clips can be made."""
-    for number in range(min(TRIED, recipe.clips)):
+    """Raise MarkedError where none of the first clips can be made, or none with some choice."""
+    reason = _why_none(recipe, min(TRIED, recipe.clips))
+    if reason:
+        raise MarkedError(f'no clip of this recipe can be made: {reason}')
+    choices = [(name, value) for name, law in recipe.laws.items() if law.name == 'choice'
+               for value in law.values]
+    for name, value in choices if len(choices) <= MOST_CHOICES else ():
+        reason = _why_none(dataclasses.replace(
+            recipe, laws={**recipe.laws, name: Law('fixed', (value,))}), TRIED)
+        if reason:
+            raise MarkedError(f'no clip whose {name} is {value} can be made: {reason}')
+
+
+def _why_none(recipe, count):
+    """Return why none of the first `count` clips can be made, or '' where one can."""
+    reason = ''
+    for number in range(count):
         try:
             check(recipe.draw(number))
-            return
+            return ''
         except NoClip as error:
-            reason = error
-    raise MarkedError(f'no clip of this recipe can be made: {reason}')
+            reason = str(error)
+    return reason
 
 
 def _run(recipe, store, options, numbers):
@@ -118,11 +142,12 @@ def _run(recipe, store, options, numbers):
     status = 0
     try:
         with contextlib.ExitStack() as stack:
+            if len(done) < len(numbers) and not options.scheduler:
+                with _compiling():
+                    engine.warm_up(recipe)
             if options.shard or len(done) == len(numbers):
                 rows = engine.alone(job, lacking)
             else:
-                if not options.scheduler:
-                    engine.warm_up(recipe)
                 client = stack.enter_context(engine.cluster(options.scheduler))
                 print(f'Dask dashboard: {client.dashboard_link}', flush=True)
                 engine.check_workers(client, store.folder.absolute(), versions()['flag_sim'])
@@ -141,6 +166,32 @@ def _run(recipe, store, options, numbers):
     return _finish(store, numbers, status)
 
 
+@contextlib.contextmanager
+def _compiling():
+    """Say, once, that kernels are compiled in the `with` block, if they are."""
+    before, over = compilations(), threading.Event()
+
+    def tell():
+        while not over.wait(LOOK):
+            if compilations() > before:
+                print('compiling what clips need, a minute or more; it is kept for later runs',
+                      flush=True)
+                return
+    teller = threading.Thread(target=tell, name='tells of compiling', daemon=True)
+    teller.start()
+    try:
+        yield
+    finally:
+        over.set()
+        teller.join()
+
+
+def _speed(frames, seconds):
+    """Return frames a second in words, with two digits at least."""
+    speed = frames / max(seconds, 1e-9)
+    return f'{speed:.0f} frames/s' if speed >= 10.0 else f'{speed:.2g} frames/s'
+
+
 def _follow(rows: Iterable[dict], count: int) -> None:
     """Show how far the clips are."""
     from tqdm import tqdm
@@ -148,22 +199,22 @@ def _follow(rows: Iterable[dict], count: int) -> None:
     with tqdm(total=count, unit='clip', disable=None) as bar:
         for row in rows:
             frames += row['frames']
-            bar.set_postfix_str(f'{frames / max(time.monotonic() - begin, 1e-9):.0f} frames/s',
-                                refresh=False)
+            bar.set_postfix_str(_speed(frames, time.monotonic() - begin), refresh=False)
             bar.update()
     if frames:
         seconds = time.monotonic() - begin
-        print(f'{frames} frames in {seconds:.1f} s, {frames / seconds:.0f} frames/s')
+        print(f'{frames} frames in {seconds:.1f} s, {_speed(frames, seconds)}')
 
 
 def _finish(store, numbers, status):
     """Write the manifest, and say what could not be made; return the exit status."""
-    counts, failed, size = {'whole': 0, 'failed': 0}, [], 0
+    counts, failed, size, asked = {'whole': 0, 'failed': 0}, [], 0, 0
 
     def counted():
-        nonlocal size
-        for row in manifest.rows_of(store, numbers):
+        nonlocal size, asked
+        for row in manifest.all_rows(store, numbers):
             counts[row['status']] += 1
+            asked += row['number'] in numbers
             size += row['bytes']
             if row['status'] == 'failed' and len(failed) < SHOWN:
                 failed.append(f'clip {row["number"]}: {row["reason"]}')
@@ -172,30 +223,13 @@ def _finish(store, numbers, status):
     manifest.write(store.manifest, counted())
     print(f'{store.folder}: {counts["whole"]} clips of {size / 1e9:.3g} GB, '
           f'{counts["failed"]} could not be made, '
-          f'{len(numbers) - sum(counts.values())} are not there yet')
+          f'{len(numbers) - asked} are not there yet')
     for line in failed:
         print(line, file=sys.stderr)
     if counts['failed'] > SHOWN:
         print(f'and {counts["failed"] - SHOWN} more: they are in {store.manifest}',
               file=sys.stderr)
     return status or int(not counts['whole'])
-
-
-def _verify(store, numbers):
-    """Compare the clips with their digests; return the exit status."""
-    if not (Path(store.folder) / 'dataset.json').is_file():
-        raise StoreError(f'{store.folder} is no dataset')
-    there = {}
-    for row in manifest.rows_of(store, numbers):
-        there[row['number']] = row['status']
-        for number, what in engine.verify(store, [row]):
-            print(f'clip {number}: {what}', file=sys.stderr)
-            there[number] = 'bad'
-    counts = [list(there.values()).count(word) for word in ('whole', 'failed', 'bad')]
-    missing = len(numbers) - len(there)
-    print('{} clips are whole, {} could not be made, {} are not as they were written, '
-          '{} are not there'.format(*counts, missing))
-    return int(bool(counts[2] or missing))
 
 
 if __name__ == '__main__':

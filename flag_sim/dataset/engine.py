@@ -22,28 +22,30 @@ import asyncio
 from collections.abc import Callable, Iterable, Iterator
 import contextlib
 import functools
-import hashlib
 import importlib
 import importlib.metadata
 import itertools
 import logging
 import math
+import multiprocessing.resource_tracker
 import os
 from pathlib import Path
+import signal
 import tempfile
 import time
 from typing import NamedTuple
 
-from flag_sim.dataset import bag, clip
+from flag_sim.dataset import clip
 from flag_sim.dataset.channels import arrays_of
 from flag_sim.dataset.npz import NpzWriter
 from flag_sim.dataset.recipe import Recipe
-from flag_sim.dataset.shot import NoClip
 from flag_sim.dataset.store import Store, StoreError
 
 NO_DASK = "workers need dask: pip install 'flag_sim[dataset]'; or name a --shard"
 DEATHS = 3
-"""How often a clip is begun anew whose workers died; Dask has begun it several times by then."""
+"""
+How often what a worker died of is begun: a start, or a clip, which Dask has begun several times.
+"""
 QUEUED = 4
 """How many clips a worker has waiting, so that it never waits for one."""
 ASKED = 1.0
@@ -78,9 +80,13 @@ def broken(job: Job, number: int, reason: str) -> dict:
 
 
 def warm_up(recipe: Recipe, number: int = 0) -> None:
-    """Compile what clips need, in this process, so that workers find it compiled."""
+    """
+    Compile what clips need, in this process, so that workers find it compiled.
+
+    What goes wrong is not told here: the clip itself will say it.
+    """
     views = itertools.islice(clip.views(recipe, recipe.draw(number)), 2)
-    with (contextlib.suppress(NoClip), tempfile.TemporaryDirectory() as folder,
+    with (contextlib.suppress(Exception), tempfile.TemporaryDirectory() as folder,
           NpzWriter(Path(folder) / 'clip', 2) as writer):
         for view in views:
             writer.append(arrays_of(view, recipe.channels))
@@ -103,23 +109,57 @@ def cluster(address: str | None, workers: int | None = None) -> Iterator[object]
     Yield a client of the cluster at an address, or of one that is started here.
 
     workers: of the latter, each a process of one thread; None: one a processor that this process
-    may use. Raises StoreError where there is no Dask, or no scheduler.
+    may use. Raises StoreError where there is no Dask, no scheduler, or no worker that starts.
     """
     try:
         import distributed
     except ImportError:
         raise StoreError(NO_DASK) from None
+    logging.getLogger('asyncio').addFilter(_is_told)
     with contextlib.ExitStack() as stack:
         if address is None:
-            address = stack.enter_context(distributed.LocalCluster(
-                n_workers=workers or len(os.sched_getaffinity(0)), threads_per_worker=1,
-                host='127.0.0.1', dashboard_address='127.0.0.1:0',
-                silence_logs=logging.CRITICAL))
+            address = stack.enter_context(_local_cluster(
+                distributed, workers or len(os.sched_getaffinity(0))))
         try:
             client = stack.enter_context(distributed.Client(address))
         except (OSError, ValueError) as error:
             raise StoreError(f'no scheduler at {address}: {error}') from None
         yield client
+
+
+def _local_cluster(distributed, workers):
+    """Return a cluster of this machine; it is begun anew where a worker dies as it starts."""
+    for _ in range(DEATHS):
+        try:
+            with _without_interrupts():
+                return distributed.LocalCluster(
+                    n_workers=workers, threads_per_worker=1, host='127.0.0.1',
+                    dashboard_address='127.0.0.1:0', silence_logs=logging.CRITICAL)
+        except (OSError, RuntimeError) as error:
+            reason = error.__cause__ or error
+    raise StoreError(f'the workers do not start: {reason}')
+
+
+@contextlib.contextmanager
+def _without_interrupts():
+    """
+    Begin threads that block SIGINT, and so do the processes that they start.
+
+    A terminal sends Ctrl-C to all processes of a command; this one alone is to hear it, and it
+    ends the others. They have the mask of the thread that starts them, from their first moment,
+    and so have those that replace them. A Ctrl-C that comes in the block is served after it.
+    """
+    multiprocessing.resource_tracker.ensure_running()  # else it unblocks SIGINT where it begins
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _is_told(record):
+    """Return whether to log what asyncio says: not how Dask's own tasks end at an interrupt."""
+    return not (record.exc_info and type(record.exc_info[1]).__name__ == 'AllExit')
 
 
 def check_workers(client: object, folder: Path, version: str) -> None:
@@ -197,24 +237,3 @@ def on_cluster(client: object, job: Job, numbers: Iterable[int]) -> Iterator[dic
     """Make clips on a cluster whose workers have the job's folder; yield their rows."""
     return spread(client, functools.partial(make, job), numbers,
                   functools.partial(broken, job))
-
-
-def verify(store: Store, rows: Iterable[dict]) -> Iterator[tuple[int, str]]:
-    """Yield (number, what is wrong) of the clips whose files are not what their rows say."""
-    for row in rows:
-        if row['status'] == 'whole':
-            try:
-                found = digest_of(store.folder / row['file'])
-            except OSError as error:
-                yield row['number'], f'{row["file"]} cannot be read: {error.strerror}'
-                continue
-            if found != row['sha256']:
-                yield row['number'], f'{row["file"]} is not as it was written'
-
-
-def digest_of(path: Path) -> str:
-    """Return the SHA-256 of a clip: of its file, or of those of its bag."""
-    if path.is_dir():
-        return bag.digest_of(path)
-    with open(path, 'rb') as file:
-        return hashlib.file_digest(file, 'sha256').hexdigest()

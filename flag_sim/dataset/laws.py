@@ -120,7 +120,7 @@ def read_law(marked: Marked, declaration: Declaration, name: str = '') -> Law:
         try:
             return declaration.accept(one.plain(), name)
         except ValueError as error:
-            raise one.error(f'{error}{_hint(one.value)}') from None
+            raise one.refused(error) from None
 
     if not isinstance(marked.value, dict):
         return Law('fixed', (accepted(marked),))
@@ -154,14 +154,3 @@ def _checked_ends(law, values, given, declaration, name):
         if broken:
             raise given.error(f'{name}: {law}: {broken}')
     return values
-
-
-def _hint(value):
-    """Return what helps where YAML has taken a number for a text, or ''."""
-    if not isinstance(value, str):
-        return ''
-    try:
-        float(value)
-    except ValueError:
-        return ''
-    return ' (YAML reads a number with an exponent only with a point and a sign: 1.0e-3)'

@@ -14,8 +14,10 @@
 
 """The manifest: a table of all clips, with what each was made by; a file of Parquet."""
 from collections.abc import Iterable, Iterator
+import itertools
 import json
 from pathlib import Path
+import re
 
 from flag_sim.dataset.store import Store
 from flag_sim.dataset.targets import declarations, spread
@@ -31,6 +33,10 @@ COLUMNS = {'number': 'int64', 'split': 'string', 'status': 'string', 'reason': '
 """What the manifest says of a clip beside its parameters, and the types in Arrow."""
 KEYS = 'wind.keys'
 """The column of the keys of tracks, {parameter of the wind: value} as JSON."""
+READ = ('number', 'split', 'status', 'reason', 'file')
+"""The columns without which clips cannot be read."""
+LONGEST = 200
+"""Letters of another's message that are shown."""
 TYPES = {bool: 'bool_', int: 'int64', float: 'float64', str: 'string'}
 
 
@@ -86,28 +92,66 @@ def _groups(rows):
 
 def rows_of(store: Store, numbers: range) -> Iterator[dict]:
     """Yield the rows of the clips that are there, in the order of their numbers."""
-    for number in store.listed(numbers):
-        row = store.row(number)
-        if row is not None:
-            yield row
+    return filter(None, map(store.row, store.listed(numbers)))
+
+
+def all_rows(store: Store, numbers: range) -> Iterator[dict]:
+    """Yield such rows, and then those of clips beyond, which a run that asked for more made."""
+    return itertools.chain(rows_of(store, numbers), filter(
+        None, map(store.row, store.beyond(numbers))))
 
 
 def read(folder: Path) -> object:
     """
     Return the manifest of a dataset, those of its shards together: a pyarrow.Table by number.
 
-    Raises FileNotFoundError where there is none, and ImportError without pyarrow.
+    A clip that two of them list, and only one as whole, is whole. Raises FileNotFoundError where
+    there is none, ValueError for one that cannot be read, and ImportError without pyarrow.
     """
     try:
         import pyarrow
-        import pyarrow.parquet
     except ImportError:
         raise ImportError(NO_PYARROW) from None
-    paths = sorted(Path(folder).glob('manifest*.parquet'))
+    paths = paths_in(folder)
     if not paths:
         raise FileNotFoundError(f'{folder} has no manifest: no run has come to its end there')
-    table = pyarrow.concat_tables([pyarrow.parquet.read_table(path) for path in paths])
-    table = table.sort_by('number')
+    tables = list(map(read_one, paths))
+    for path, table in zip(paths, tables):
+        if table.schema != tables[0].schema:
+            raise ValueError(f'{path} has other columns than {paths[0]}: one of them is of '
+                             f'another dataset; {_again(path)}')
+    table = pyarrow.concat_tables(tables).sort_by(
+        [('number', 'ascending'), ('status', 'descending')])  # whole before failed
     numbers = table.column('number').to_numpy()
     first = [True, *(numbers[1:] != numbers[:-1])] if len(numbers) else []
     return table.filter(pyarrow.array(first, pyarrow.bool_()))
+
+
+def paths_in(folder: Path) -> list[Path]:
+    """Return where the manifests of a dataset are."""
+    return sorted(Path(folder).glob('manifest*.parquet'))
+
+
+def read_one(path: Path) -> object:
+    """Return one manifest, a pyarrow.Table; raise ValueError for what is none."""
+    import pyarrow
+    import pyarrow.parquet
+    try:
+        table = pyarrow.parquet.read_table(path)
+    except (pyarrow.ArrowException, OSError) as error:
+        raise ValueError(f'{path} cannot be read: {" ".join(str(error).split())[:LONGEST]}; '
+                         f'{_again(path)}') from None
+    lacking = [name for name in READ if name not in table.column_names]
+    if lacking:
+        raise ValueError(f'{path} has no column {lacking[0]}: it is no manifest of clips; '
+                         f'{_again(path)}')
+    return table
+
+
+def _again(path):
+    """Return in words how to come by a right manifest."""
+    shard = re.fullmatch(r'manifest-(\d+)-of-(\d+)\.parquet', path.name)
+    if not shard and path.name != 'manifest.parquet':
+        return 'remove it: no run has written it'
+    option = ' with --shard {}/{}'.format(*map(int, shard.groups())) if shard else ''
+    return f'remove it, and the command that made the clips{option} writes it again'

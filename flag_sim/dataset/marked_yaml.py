@@ -21,6 +21,8 @@ LARGEST = 1 << 20
 """Bytes of a file."""
 DEEPEST = 32
 """Levels of a file."""
+TAGS = (None, 'tag:yaml.org,2002:map', 'tag:yaml.org,2002:seq')
+"""What a list or entries may be marked as; YAML itself reads the tags of texts and numbers."""
 
 
 class MarkedError(ValueError):
@@ -67,7 +69,11 @@ class Marked:
         try:
             return check(self.where, self.plain(), *arguments)
         except ValueError as error:
-            raise self.error(error) from None
+            raise self.refused(error) from None
+
+    def refused(self, error: ValueError) -> MarkedError:
+        """Return an error of this value with its line, and what helps if YAML took it for text."""
+        return self.error(f'{error}{_hint(self.value)}')
 
 
 def read_text(path) -> str:
@@ -85,7 +91,7 @@ def parse(text: str, source: str) -> Marked:
     Return what a YAML text says; source: its name in messages.
 
     Raises MarkedError for what is no YAML, is empty, has a key twice, an alias (a few of them make
-    much of little), or too many levels.
+    much of little), a tag of another class, or too many levels.
     """
     import yaml
     try:
@@ -104,14 +110,28 @@ def parse(text: str, source: str) -> Marked:
         raise MarkedError(f'{source}: {" ".join(str(error).split())[:200]}') from None
 
 
+def _hint(value):
+    """Return what helps where YAML has taken a number for a text, or ''."""
+    if not isinstance(value, str):
+        return ''
+    try:
+        float(value)
+    except ValueError:
+        return ''
+    return ' (YAML reads a number with an exponent only with a point and a sign: 1.0e-3)'
+
+
 def _check_events(yaml, text):
-    """Refuse what would make much of little, before anything is made of it."""
+    """Refuse what would make much of little, and tags, before anything is made of it."""
     depth = 0
     for event in yaml.parse(text, yaml.SafeLoader):
         if isinstance(event, yaml.AliasEvent):
             raise yaml.MarkedYAMLError(problem='an alias is not taken here',
                                        problem_mark=event.start_mark)
         if isinstance(event, yaml.CollectionStartEvent):
+            if event.tag not in TAGS:
+                raise yaml.MarkedYAMLError(problem=f'the tag {event.tag} is not taken here',
+                                           problem_mark=event.start_mark)
             depth += 1
             if depth > DEEPEST:
                 raise yaml.MarkedYAMLError(problem=f'more than {DEEPEST} levels',

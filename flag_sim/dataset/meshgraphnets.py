@@ -26,6 +26,7 @@ from pathlib import Path
 import sys
 
 from flag_sim.dataset.reader import Clip, Clips
+from flag_sim.dataset.splits import check_name
 from flag_sim.dataset.tfrecord import example, record
 from flag_sim.drawing.mesh import grid_triangles
 from flag_sim.parameters.arguments import given_path
@@ -78,7 +79,8 @@ def convert(dataset: Path, output: Path) -> dict[str, int]:
     """
     Write all clips of a dataset; return {split: how many}.
 
-    Raises ValueError where it has no clip, or clips that lack vertices or wind, and OSError.
+    Raises ValueError where it has no clip, clips that lack vertices or wind, or splits that are
+    no names of different files, and OSError.
     """
     clips, files, counts = Clips(dataset), {}, {}
     if not len(clips):
@@ -86,6 +88,7 @@ def convert(dataset: Path, output: Path) -> dict[str, int]:
     lacking = [name for name in NEEDED if name not in clips[0]]
     if lacking:
         raise ValueError(f'the clips have no {" and no ".join(lacking)}: name them as channels')
+    names = _names_of(clips)
     output.mkdir(parents=True, exist_ok=True)
     try:
         for clip in clips:
@@ -93,7 +96,7 @@ def convert(dataset: Path, output: Path) -> dict[str, int]:
             if not counts:
                 (output / 'meta.json').write_text(
                     json.dumps(meta_of(fields, clip.row['rate'])))
-            name = NAMES.get(clip.split, clip.split)
+            name = names[clip.split]
             if name not in files:
                 files[name] = open(output / f'{name}.tfrecord', 'wb')
             files[name].write(record(example(
@@ -104,6 +107,18 @@ def convert(dataset: Path, output: Path) -> dict[str, int]:
         for file in files.values():
             file.close()
     return counts
+
+
+def _names_of(clips):
+    """Return {split: name of its file}; a manifest may be anyone's, so its splits are checked."""
+    names = {}
+    for split in clips.table.column('split').unique().to_pylist():
+        check_name(split)
+        name = NAMES.get(split, split)
+        if name in names.values():
+            raise ValueError(f'two splits would be written to {name}.tfrecord')
+        names[split] = name
+    return names
 
 
 def main(args: Sequence[str] | None = None) -> int:

@@ -14,10 +14,24 @@
 
 """Reading a dataset: clips as numpy arrays, by number or by split."""
 from collections.abc import Iterator, Mapping, Sequence
+import difflib
 from pathlib import Path
 
 from flag_sim.dataset import bag, manifest
 import numpy as np
+
+
+class Parameters(dict):
+    """{node.parameter: value} of a clip; a name that is not among them is said to be none."""
+
+    def __missing__(self, name: object) -> None:
+        """Raise KeyError with the names that are nearest."""
+        if name == manifest.KEYS:
+            raise KeyError(f"the keys of tracks are in clip.row['{name}'], as JSON")
+        near = difflib.get_close_matches(str(name), self, n=3)
+        raise KeyError(f'a clip has no parameter {name!r}; '
+                       + (f'near it are {", ".join(near)}' if near else
+                          'clip.parameters.keys() are all that there are'))
 
 
 class Clip(Mapping):
@@ -34,17 +48,21 @@ class Clip(Mapping):
         self.path = Path(folder) / self.row['file']
 
     @property
-    def parameters(self) -> dict[str, object]:
+    def parameters(self) -> Parameters:
         """Return {node.parameter: value} of all that it was made by."""
-        return {name: value for name, value in self.row.items() if name.startswith(
-            ('wind.', 'physics.', 'renderer.')) and name != manifest.KEYS}
+        return Parameters((name, value) for name, value in self.row.items() if name.startswith(
+            ('wind.', 'physics.', 'renderer.')) and name != manifest.KEYS)
 
     def __getitem__(self, name: str) -> np.ndarray:
-        """Return an array; raise KeyError if the clip has none of that name."""
-        if self.path.is_dir():
-            return bag.read_array(self.path, name)
-        with np.load(self.path) as file:
-            return file[name]
+        """Return an array; raise KeyError, with those that there are, for another name."""
+        try:
+            if self.path.is_dir():
+                return bag.read_array(self.path, name)
+            with np.load(self.path) as file:
+                return file[name]
+        except KeyError:
+            raise KeyError(f'clip {self.number} has no array {name!r}; it has {", ".join(self)}'
+                           ) from None
 
     def __contains__(self, name: object) -> bool:
         """Return whether the clip has an array of that name, without reading it."""
@@ -74,7 +92,7 @@ class Clips(Sequence):
     >>> clips[0].parameters['wind.speed']
 
     Raises FileNotFoundError where there is no manifest, and ValueError for a split that it has
-    not.
+    not and for a manifest that cannot be read.
     """
 
     def __init__(self, path: str | Path, split: str | None = None):

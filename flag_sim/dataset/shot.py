@@ -29,6 +29,7 @@ from flag_sim.declarations.factories import Look, look_of
 from flag_sim.declarations.keyable import TARGETS
 from flag_sim.declarations.moving_cloth import MovingCloth
 from flag_sim.declarations.nodes import named
+from flag_sim.declarations.physics import check_method
 from flag_sim.declarations.scene import check_scene
 from flag_sim.drawing import LastFrame
 from flag_sim.parameters import checks
@@ -82,11 +83,18 @@ def check(drawn: Drawn) -> None:
         wind = drawn.values['wind']
         WindSource(wind, read_timeline(wind, TARGETS))
         for node in ('physics', 'renderer'):
-            check_scene(drawn.values[node])
+            _check_together(node, drawn.values[node])
         look_of(drawn.values['renderer'])
         MovingCloth(drawn.values['physics'])
     except ValueError as error:
         raise NoClip(str(error)) from None
+
+
+def _check_together(node, values):
+    """Raise ValueError for what a node refuses of values that are right one by one."""
+    check_scene(values)
+    if node == 'physics':
+        check_method(values)
 
 
 class Shot:
@@ -135,7 +143,7 @@ class Shot:
         values = {**self._values[node], **{name: named(node)[name].accept(value)
                                            for name, value in own.items()}}
         if own:
-            check_scene(values)
+            _check_together(node, values)
         return values
 
     @staticmethod

@@ -24,6 +24,7 @@ where it was never trained:
 from collections.abc import Mapping
 import dataclasses
 import math
+import re
 
 from flag_sim.dataset.draws import Stream
 from flag_sim.dataset.laws import Law
@@ -34,6 +35,7 @@ BY_CLIP = 'clip'
 TOLERANCE = 1e-9
 """By how much shares may miss 1."""
 MOST = 100
+LONGEST_NAME = 64
 
 
 @dataclasses.dataclass(frozen=True)
@@ -57,17 +59,30 @@ class Splits:
         return max(self.parts, key=lambda part: part[2])[0]
 
 
+def check_name(name: str) -> None:
+    """Raise ValueError for the name of a split that cannot name a file as well."""
+    if not re.fullmatch(r'\w[\w.-]*', name) or len(name) > LONGEST_NAME:
+        raise ValueError(f'the name of a split must be letters, digits, _, - and . (which is not '
+                         f'the first), {LONGEST_NAME} at most, as it names files too; not '
+                         f'{checks.shown(name)}')
+
+
 def read_splits(marked: Marked, laws: Mapping[str, Law]) -> Splits:
     """
     Return a recipe's splits; laws: {node.parameter: Law} of its parameters.
 
-    Raises MarkedError where shares are not 1 together, or ranges leave a gap, overlap, or are not
-    all that may be drawn.
+    Raises MarkedError where shares are not 1 together, ranges leave a gap, overlap, or are not
+    all that may be drawn, or a name cannot name a file.
     """
     entries = dict(marked.entries())
     by = entries.pop('by', None)
     if not 0 < len(entries) <= MOST:
         raise marked.error(f'splits must name from 1 to {MOST} splits, not {len(entries)}')
+    for name, one in entries.items():
+        try:
+            check_name(name)
+        except ValueError as error:
+            raise one.error(error) from None
     if by is None or by.value == BY_CLIP:
         return _by_share(marked, entries)
     law = laws.get(by.value) if isinstance(by.value, str) else None

@@ -94,8 +94,9 @@ class Store:
         run of the same shard writes to it.
         """
         try:
-            self._make()
+            is_made = self._make()
             with self._locked():
+                is_new = not (self.folder / 'dataset.json').exists()
                 self._claim(recipe, version)
                 shutil.rmtree(self.making, ignore_errors=True)  # what a killed run has left
                 self.making.mkdir()
@@ -103,18 +104,34 @@ class Store:
                     yield
                 finally:
                     shutil.rmtree(self.making, ignore_errors=True)
+                    if is_new and not self.tag:
+                        self._forget_if_empty(is_made)
         except OSError as error:
             raise StoreError(f'{self.folder} cannot be written: {error.strerror or error}'
                              ) from error
 
     def _make(self):
-        if self.folder.exists() and not self.folder.is_dir():
+        """Make the folder; return whether it was not there. Raises StoreError for another's."""
+        is_made = not self.folder.exists()
+        if not is_made and not self.folder.is_dir():
             raise StoreError(f'{self.folder} is there and is not a folder')
         self.folder.mkdir(parents=True, exist_ok=True)
         if not (self.folder / 'dataset.json').exists() and [
                 name for name in os.listdir(self.folder) if name not in ('.lock', 'clips')
                 and not name.startswith(('.lock-', '.new-', 'making'))]:
             raise StoreError(f'{self.folder} is not empty, and is no dataset')
+        return is_made
+
+    def _forget_if_empty(self, is_made):
+        """Remove the dataset that a run began and which has no clip, and the folder it made."""
+        if not any(self.folder.glob('clips/*/*')):
+            for path in (self.folder / 'clips', self.making):
+                shutil.rmtree(path, ignore_errors=True)
+            for name in (self.manifest.name, 'dataset.json', 'recipe.yaml', '.lock'):
+                (self.folder / name).unlink(missing_ok=True)
+            if is_made:
+                with contextlib.suppress(OSError):  # there is something of another's
+                    self.folder.rmdir()
 
     @contextlib.contextmanager
     def _locked(self):
@@ -173,6 +190,15 @@ class Store:
         found = (int(path.stem) for path in self.folder.glob('clips/*/*.json')
                  if path.stem.isdecimal())
         return sorted(number for number in found if number in numbers)
+
+    def beyond(self, numbers: range) -> Sequence[int]:
+        """Return the clips beyond some numbers, at the same steps, that may be there."""
+        last = numbers.stop // CLIPS_A_FOLDER
+        found = (int(path.stem) for folder in self.folder.glob('clips/*')
+                 if folder.name.isdecimal() and int(folder.name) >= last
+                 for path in folder.glob('*.json') if path.stem.isdecimal())
+        return sorted(number for number in found if number >= numbers.stop
+                      and (number - numbers.start) % numbers.step == 0)
 
     def temporary(self, number: int) -> Path:
         """Return a name for what is being made, in a folder of its own."""

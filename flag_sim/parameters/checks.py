@@ -144,9 +144,10 @@ def whole(name: str, value: object, low: int, high: int) -> int:
     number = finite(name, value)
     if number != int(number):
         raise ValueError(f'{name} must be a whole number, not {text(number)}')
-    if not low <= number <= high:
-        raise ValueError(f'{name} must be between {low} and {high}, not {int(number)}')
-    return int(number)
+    exact = int(value)  # a float has not all digits of a large one
+    if not low <= exact <= high:
+        raise ValueError(f'{name} must be between {low} and {high}, not {exact}')
+    return exact
 
 
 def boolean(name: str, value: object) -> bool:

@@ -108,6 +108,10 @@ def test_forward_flow_is_the_next_backward_flow_seen_from_here(made):
     ('does not see the flag', ['backward_flow'], '  renderer.camera.near: 900.0\n'),
     ('more than max_gap', None, '  physics.max_gap: 0.01\n'),
     ('pole.diameter', None, '  scene.pole.diameter: 0.5\n  scene.pole.height: 0.4\n'),
+    ('^air.added_mass above 0 needs', None,
+     '  physics.solver: verlet\n  physics.air.added_mass: 0.5\n'),
+    ('^frame 1: air.added_mass above 0 needs', None, '  physics.solver: verlet\n'
+     'tracks: {physics.air.added_mass: {times: [0.0, 0.1], values: [0.0, 0.5]}}\n'),
     ('flag.width must be 0 or', None,
      'tracks: {physics.flag.width: {times: [0.0, 99.0], values: [0.0, 1.0]}}\n'),
 ])

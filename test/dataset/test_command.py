@@ -19,12 +19,16 @@ import os
 import resource
 import subprocess
 import sys
+import threading
 
-from flag_sim.dataset import Clips
+from flag_sim.dataset import Clips, engine
 from flag_sim.dataset.__main__ import main
-from flag_sim.dataset.store import Shard, Store
+from flag_sim.dataset.store import Shard, Store, StoreError
 import pytest
 from support.recipes import text
+
+
+MORE = {'clips: 3': 'clips: 9'}
 
 
 @pytest.fixture
@@ -84,7 +88,6 @@ def test_shards_make_all_clips_once(run):
 def test_a_set_may_be_planned_far_larger_than_it_is(run, monkeypatch):
     """Of a thousand million clips those are looked at that are there; so is what is lacking."""
     run()
-    engine = importlib.import_module('flag_sim.dataset.engine')
     asked = []
 
     def alone(job, numbers):
@@ -108,8 +111,54 @@ def test_verify_finds_what_is_not_as_it_was_written(run):
     status, said = run('--verify')
     assert status == 1 and 'clip 1: clips/000000/000000001.npz is not as it was' in said
     assert '1 clips are whole, 0 could not be made, 1 are not as' in said and '1 are not' in said
+    assert 'remove it, and the same command makes it again' in said
+    assert 'not there are clips 2: ' in said
     changed.unlink()
     assert run()[0] == 0 and run('--verify')[0] == 0
+    status, said = run('--verify', '--clips', '20')
+    assert status == 1
+    assert 'not there are clips 3, 4, 5, 6, 7, 8, 9, 10, 11, 12 and 7 more: ' in said
+
+
+def test_verify_names_what_is_no_clip_and_no_manifest(run):
+    """What a killed run has left of a clip that is made again is nothing of the kind."""
+    run()
+    added = [run.folder / 'clips' / name for name in (
+        '000000/extra.npz', '000000/000000099.npz', '000000/000000001.txt', 'notes', '000009/x')]
+    added[-1].parent.mkdir()
+    for path in (*added, run.folder / 'clips/000000/.new-half'):
+        path.write_bytes(b'')
+    status, said = run('--verify')
+    assert status == 1 and '.new-half' not in said and '3 clips are whole' in said
+    line, = (line for line in said.splitlines() if line.startswith('of no clip are '))
+    assert line.count(',') == 4
+    assert all(str(path.relative_to(run.folder)) in line for path in added)
+    for path in added:
+        path.unlink()
+    (run.folder / 'manifest-000001-of-000002.parquet').write_bytes(b'PAR1')
+    status, said = run('--verify')
+    assert status == 1 and 'manifest-000001-of-000002.parquet cannot be read' in said
+    (run.folder / 'manifest-000001-of-000002.parquet').unlink()
+    assert run('--verify')[0] == 0
+
+
+def test_a_run_for_fewer_clips_hides_none(run):
+    """The manifest lists what is there, and all of it is verified; of a shard its own."""
+    for part in ('1/2', '2/2'):
+        run('--shard', part, '--clips', '6')
+    status, said = run('--clips', '2')
+    assert status == 0 and '2 of 2 clips are there' in said and ': 6 clips of' in said
+    assert '0 are not there yet' in said
+    for path in run.folder.glob('manifest-*.parquet'):
+        path.unlink()
+    assert [clip.number for clip in Clips(run.folder)] == [0, 1, 2, 3, 4, 5]
+    assert ': 3 clips of' in run('--clips', '2', '--shard', '2/2')[1]
+    path = Store(run.folder).path(5, '.npz')
+    path.write_bytes(bytes(path.stat().st_size))
+    for arguments in ((), ('--clips', '1'), ('--shard', '2/2')):
+        status, said = run('--verify', *arguments)
+        assert status == 1 and 'clip 5: ' in said
+    assert run('--verify', '--shard', '1/2')[0] == 0
 
 
 def test_failed_clips_are_listed_and_not_tried_again(run):
@@ -216,9 +265,56 @@ def test_bad_arguments_are_refused(run, arguments, capsys):
 def test_a_bad_recipe_makes_nothing(run):
     for content, words in ((text({'clips: 3': 'clips: none'}), 'mine.yaml:2: clips must be'),
                            (text(more='  scene.pole.diameter: 5.0\n  scene.pole.height: 4.0\n'),
-                            'no clip of this recipe can be made')):
+                            'no clip of this recipe can be made'),
+                           (text(MORE, more='  physics.solver: {choice: [symplectic, verlet]}\n'
+                                 '  physics.air.added_mass: 0.5\n'),
+                            'no clip whose physics.solver is verlet can be made: air.added_mass'),
+                           (text(MORE, more='  physics.solver: verlet\n'
+                                 '  physics.air.added_mass: {choice: [0.0, 0.5]}\n'),
+                            'no clip whose physics.air.added_mass is 0.5 can be made')):
         status, said = run(content=content)
         assert status == 2 and words in said and not run.folder.exists()
+
+
+def test_a_run_that_came_to_no_clip_leaves_no_dataset(run, monkeypatch, tmp_path):
+    """So another recipe can be tried in the same place; a folder that was there stays, empty."""
+    def fail(address):
+        raise StoreError(f'no scheduler at {address}')
+    monkeypatch.setattr(engine, 'cluster', fail)
+    monkeypatch.setattr(engine, 'warm_up', lambda recipe: None)
+    (tmp_path / 'mine.yaml').write_text(text())
+    (tmp_path / 'there').mkdir()
+    for name, is_left in (('set', False), ('there', True)):
+        for more in (['--scheduler', 'garbage'], []):
+            assert main([str(tmp_path / 'mine.yaml'), '--output', str(tmp_path / name), *more]
+                        ) == 1
+            assert (tmp_path / name).exists() == is_left
+            assert not is_left or not os.listdir(tmp_path / name)
+    run('--clips', '1')
+    assert main([str(tmp_path / 'mine.yaml'), '--output', str(run.folder)]) == 1
+    assert len(Clips(run.folder)) == 1
+
+
+def test_it_says_once_that_kernels_are_compiled(run, monkeypatch):
+    """Before the time of clips is taken; and nothing where they are there."""
+    module = importlib.import_module('flag_sim.dataset.__main__')
+    compiled = []
+
+    def warm_up(recipe):
+        compiled.append(recipe)
+        next(one for one in threading.enumerate() if one.name == 'tells of compiling').join()
+    monkeypatch.setattr(module, 'compilations', lambda: len(compiled))
+    monkeypatch.setattr(module, 'LOOK', 0.001)
+    monkeypatch.setattr(engine, 'warm_up', warm_up)
+    assert run()[1].count('compiling what clips need') == 1
+    monkeypatch.setattr(engine, 'warm_up', lambda recipe: None)
+    assert 'compiling' not in run('--clips', '4')[1]
+
+
+def test_a_low_speed_has_a_digit_that_says_something():
+    speed = importlib.import_module('flag_sim.dataset.__main__')._speed
+    assert [speed(48, 102.5), speed(3, 1.0), speed(4800, 71.4)] == [
+        '0.47 frames/s', '3 frames/s', '67 frames/s']
 
 
 def test_it_says_what_is_lacking_to_be_installed(tmp_path):

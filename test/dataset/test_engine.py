@@ -14,6 +14,8 @@
 
 """Workers: one that is killed loses no clip, and the clips are those of one process alone."""
 import asyncio
+import contextlib
+import gc
 import os
 import signal
 
@@ -112,6 +114,58 @@ def test_no_scheduler_is_said_to_be_none():
     with pytest.raises(StoreError, match='no scheduler at nothing://here'):
         with engine.cluster('nothing://here'):
             pass
+
+
+def test_workers_that_die_as_they_start_are_begun_anew(monkeypatch):
+    """A few times; where none ever starts there is one line."""
+    starts = []
+
+    def start(**options):
+        starts.append(options)
+        if len(starts) != 3:
+            raise RuntimeError('Nanny failed to start.') from OSError('a worker died')
+        return contextlib.nullcontext('nothing://here')
+    monkeypatch.setattr('distributed.LocalCluster', start)
+    for words in ('no scheduler at nothing://here', 'the workers do not start: a worker died'):
+        with pytest.raises(StoreError, match=words):
+            with engine.cluster(None, workers=1):
+                pass
+    assert len(starts) == 6
+
+
+def test_workers_do_not_hear_the_interrupt_of_a_terminal(client):
+    """It goes to all processes of a command; those that replace killed workers included."""
+    workers = client.run(signal.pthread_sigmask, signal.SIG_BLOCK, [])
+    assert workers and all(signal.SIGINT in blocked for blocked in workers.values())
+    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
+    processes = client.run(os.getpid)
+    for process in processes.values():
+        os.kill(process, signal.SIGINT)
+    assert client.run(os.getpid) == processes
+
+
+def test_an_interrupt_while_a_row_is_fetched_logs_nothing(client, caplog):
+    """Dask's own task is forgotten then; what else goes wrong in a task is told."""
+    future = client.submit(abs, 1, resources={'none': 1}, pure=False)  # which nobody has
+
+    async def interrupted():
+        fetching = asyncio.ensure_future(client._gather([future]))
+        await asyncio.sleep(0.05)
+        fetching.cancel()
+        with contextlib.suppress(asyncio.CancelledError):
+            await fetching
+        await client._cancel([future])
+        await asyncio.sleep(0.05)
+        gc.collect()
+        asyncio.ensure_future(broken())
+        await asyncio.sleep(0.05)
+        gc.collect()
+
+    async def broken():
+        raise ZeroDivisionError('a fault')
+    client.sync(interrupted)
+    assert [type(one.exc_info[1]).__name__ for one in caplog.records if one.name == 'asyncio'] == [
+        'ZeroDivisionError']
 
 
 def test_what_clips_need_is_compiled_before_workers_begin(monkeypatch):

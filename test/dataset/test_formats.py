@@ -19,6 +19,8 @@ import struct
 from flag_sim.dataset import Clips, meshgraphnets, tfrecord
 from flag_sim.dataset.__main__ import main
 from flag_sim.dataset.channels import CHANNELS
+from flag_sim.dataset.manifest import rows_of, write
+from flag_sim.dataset.store import Store
 from flag_sim.ros.bag import RecordedTopics
 from flag_sim.ros.frame_message import FrameReader
 import numpy as np
@@ -132,6 +134,20 @@ def test_meshgraphnets_reads_clips(tmp_path, capsys):
             a, b, c = field['mesh_pos'][0][field['cells'][0]].transpose(1, 0, 2)
             areas = 0.5 * np.abs(np.cross(np.c_[b - a, np.zeros(48)], np.c_[c - a, np.zeros(48)]))
             assert abs(areas.sum() - 2.25 * 1.5) < 1e-5
+
+
+@pytest.mark.parametrize('names, words', [
+    (['../evil', 'train'], 'names files too'), (['/tmp/evil', 'train'], 'names files too'),
+    (['valid', 'validation'], 'two splits would be written to valid.tfrecord')])
+def test_splits_of_a_foreign_manifest_are_written_nowhere_else(tmp_path, capsys, names, words):
+    """A manifest may be anyone's; nothing is written before its splits are known."""
+    made(tmp_path / 'set', text(), '--clips', '2')
+    store = Store(tmp_path / 'set')
+    write(store.manifest, ({**row, 'split': name}
+                           for row, name in zip(rows_of(store, range(2)), names)))
+    before = sorted(tmp_path.rglob('*'))
+    assert meshgraphnets.main([str(tmp_path / 'set'), str(tmp_path / 'a' / 'b')]) == 1
+    assert words in capsys.readouterr().err and sorted(tmp_path.rglob('*')) == before
 
 
 def test_what_cannot_be_converted_is_said(tmp_path, capsys):

@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """Reading a dataset, and that it carries what it should."""
+import json
 import pickle
 
 from flag_sim.dataset import Clips
@@ -21,6 +22,8 @@ from flag_sim.dataset.manifest import rows_of, write
 from flag_sim.dataset.recipe import recipe_of
 from flag_sim.dataset.store import Store
 import numpy as np
+import pyarrow
+import pyarrow.parquet
 import pytest
 from support.recipes import text
 
@@ -58,8 +61,14 @@ def test_clips_are_arrays_by_number_and_split(folder):
     assert len(train) + len(test) == 70 and {clip.split for clip in test} == {'test'}
     with pytest.raises(ValueError, match='one of test, train'):
         Clips(folder, 'dev')
-    with pytest.raises(KeyError):
+    with pytest.raises(KeyError, match='clip 5 has no array .*colour.*; it has time, vertices'):
         clip['colour']
+    with pytest.raises(KeyError, match='no parameter .*wind.sped.*; near it are wind.speed'):
+        clip.parameters['wind.sped']
+    with pytest.raises(KeyError, match=r"keys of tracks are in clip.row\['wind.keys'\]"):
+        clip.parameters['wind.keys']
+    assert clip.get('colour') is None and clip.parameters.get('wind.keys') is None
+    assert json.loads(json.dumps(clip.parameters)) == clip.parameters
     with pytest.raises(IndexError):
         clips[70]
 
@@ -72,6 +81,56 @@ def test_they_go_to_other_processes(folder):
 def test_without_a_manifest_it_says_so(tmp_path):
     with pytest.raises(FileNotFoundError, match='no manifest'):
         Clips(tmp_path)
+
+
+@pytest.fixture
+def small(tmp_path):
+    """Return the Store of two clips with a manifest."""
+    store = Store(tmp_path / 'small')
+    store.making.mkdir(parents=True)
+    for number in range(2):
+        make_clip(recipe_of(text()), number, store)
+    write(store.manifest, rows_of(store, range(2)))
+    return store
+
+
+def spoiled(path):
+    path.write_bytes(path.read_bytes()[:-40])
+
+
+def foreign(path):
+    pyarrow.parquet.write_table(pyarrow.table({'number': [1, 2]}), path)
+
+
+def other(path):
+    table = pyarrow.parquet.read_table(path).append_column('mine', pyarrow.array([1, 2]))
+    pyarrow.parquet.write_table(table, path)
+
+
+@pytest.mark.parametrize('name, spoil, words', [
+    ('manifest.parquet', spoiled, 'command that made the clips writes it again'),
+    ('manifest-000003-of-000100.parquet', spoiled, 'with --shard 3/100 writes it again'),
+    ('manifest-000003-of-000100.parquet', foreign, 'no column split'),
+    ('manifest-mine.parquet', foreign, 'remove it: no run has written it'),
+    ('manifest-mine.parquet', other, 'other columns than'),
+])
+def test_a_manifest_that_cannot_be_read_is_named(small, name, spoil, words):
+    path = small.folder / name
+    path.write_bytes(small.manifest.read_bytes())
+    spoil(path)
+    with pytest.raises(ValueError, match='manifest') as error:
+        Clips(small.folder)
+    assert str(path) in str(error.value) and words in str(error.value)
+    path.unlink()
+    assert len(list(small.folder.glob('manifest*.parquet'))) == (name != 'manifest.parquet')
+
+
+def test_of_two_rows_of_a_clip_the_whole_one_counts(small):
+    """A shard's run failed with it once, and another run has made it since."""
+    rows = [{**row, 'status': 'failed', 'file': ''} for row in rows_of(small, range(2))]
+    write(Store(small.folder, '-000001-of-000002').manifest, rows)
+    clips = Clips(small.folder)
+    assert len(clips) == 2 and not clips.failed and clips[1]['wind'].shape == (4, 3)
 
 
 def test_the_wind_can_be_learned(folder):

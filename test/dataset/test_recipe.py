@@ -73,6 +73,12 @@ def test_laws_are_spread_as_they_say():
     assert abs(np.corrcoef(colours[:, 0], colours[:, 2])[0, 1]) < 0.07
 
 
+def test_large_seeds_are_not_rounded():
+    """A float has no number between these."""
+    seeds = [2**53, 2**53 + 1, 2**63 - 1]
+    assert [recipe({'seed: 7': f'seed: {seed}'}).seed for seed in seeds] == seeds
+
+
 def test_splits_are_of_the_share_and_stay_when_there_are_more_clips():
     three = recipe(more='splits: {train: 0.5, validation: 0.2, test: 0.3}\n')
     names = [three.draw(number).split for number in range(2000)]
@@ -108,6 +114,14 @@ def test_the_ready_recipe_is_right():
     (1, 'seed must be', {'seed: 7': 'seed: -1'}),
     (1, 'seed must be', {'seed: 7': 'seed: 1.5'}),
     (1, 'seed must be a number', {'seed: 7': 'seed: [1]'}),
+    (1, 'not 99999999999999999999999999999', {'seed: 7': 'seed: 99999999999999999999999999999'}),
+    (1, "'1.0e9' (YAML", {'seed: 7': 'seed: 1.0e9'}),
+    (4, 'with a point and a sign', {'frames: 4': 'frames: 4\nrate: 1.0e9'}),
+    (4, 'tag:yaml.org,2002:python/tuple is not taken',
+     {'[vertices, wind]': '!!python/tuple [vertices, wind]'}),
+    (6, 'python/object:os.system is not taken',
+     {'{uniform: [3.0, 14.0]}': '!!python/object:os.system {uniform: [3.0, 14.0]}'}),
+    (6, 'tag', {'{uniform: [3.0, 14.0]}': '!!python/name:os.system 3.0'}),
     (1, 'no entry', {'seed: 7': 'sed: 7'}),
     (2, 'clips must be', {'clips: 3': 'clips: 0'}),
     (2, 'clips must be', {'clips: 3': 'clips: 99999999999999999999'}),
@@ -162,6 +176,12 @@ def test_a_bad_recipe_is_refused_with_its_line(line, words, changes):
     ('train must begin at 3', 'splits: {by: wind.speed, train: [2, 14]}'),
     ('must end at 14', 'splits: {by: wind.speed, train: [3, 13]}'),
     ('must be a range', 'splits: {by: wind.speed, train: [14, 3]}'),
+    ('it names files too', 'splits: {../../evil: 1.0}'),
+    ('it names files too', 'splits: {train: 0.5, ..: 0.5}'),
+    ('it names files too', 'splits: {"": 1.0}'),
+    ('it names files too', 'splits: {"a/b": 1.0}'),
+    ('it names files too', 'splits: {by: wind.speed, .hidden: [3, 14]}'),
+    ('it names files too', f'splits: {{{"long" * 20}: 1.0}}'),
     ('cannot be keyed', 'tracks: {wind.gust.seed: {times: [0], values: [0]}}'),
     ('of one size', 'tracks: {renderer.width: {times: [0], values: [64]}}'),
     ('both in parameters', 'tracks: {wind.speed: {times: [0], values: [3.0]}}'),
