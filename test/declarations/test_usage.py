@@ -51,7 +51,7 @@ def test_a_command_tells_its_options(module, capsys):
     for default in {'dataset.__main__': ('(as the recipe says)',),
                     'study.__main__': ('[min] (5)', '(out/study, or out/real)'),
                     'study.tune': ('[Hz] (30)', '[pixel]'),
-                    'tools.demo': ('(gust)', '(out)'), 'tools.view': ('(gust)', '(none)')}[module]:
+                    'tools.demo': ('(gust)', '(out)'), 'tools.view': ('(turn)', '(none)')}[module]:
         assert default in said
 
 

@@ -91,6 +91,8 @@ def test_what_is_about_the_real_world_goes_by_a_steady_clock(tmp_path, domain, n
 
 
 MAKE_FRAMES = """
+import resource
+
 from flag_sim.ros.lifecycle import keep_memory
 {call}
 for frame in range(101):
