@@ -134,4 +134,5 @@ def test_all_processes_end_with_a_demo_that_is_told_to(tmp_path):
         process.terminate()
         said, _ = process.communicate(timeout=120.0)
     assert process.returncode == 128 + signal.SIGTERM and 'ended before the shot was' in said
+    assert '240/240' not in said  # nor was it played on
     assert not any(map(is_there, nodes))
