@@ -24,6 +24,7 @@ import hashlib
 import io
 from pathlib import Path
 
+from flag_sim.dataset.file_digest import file_digest
 from flag_sim.dataset.recipe import Drawn, Recipe
 import numpy as np
 
@@ -93,8 +94,7 @@ def digest_of(folder: Path) -> str:
     """Return the SHA-256 of the messages and arrays of a bag's folder; raises OSError."""
     digest = hashlib.sha256()
     for path in (*sorted(folder.glob('*.mcap')), folder / BESIDE):
-        with open(path, 'rb') as file:
-            digest.update(hashlib.file_digest(file, 'sha256').digest())
+        digest.update(file_digest(path).digest())
     return digest.hexdigest()
 
 

@@ -14,12 +14,12 @@
 
 """Verifying a dataset: whether its folder holds what was written there, and nothing else."""
 from collections.abc import Iterable, Iterator
-import hashlib
 import itertools
 from pathlib import Path
 import sys
 
 from flag_sim.dataset import bag, manifest
+from flag_sim.dataset.file_digest import file_digest
 from flag_sim.dataset.store import Store, StoreError
 
 SHOWN = 10
@@ -71,10 +71,7 @@ def wrong_with(store: Store, row: dict) -> str:
 
 def digest_of(path: Path) -> str:
     """Return the SHA-256 of a clip: of its file, or of those of its bag."""
-    if path.is_dir():
-        return bag.digest_of(path)
-    with open(path, 'rb') as file:
-        return hashlib.file_digest(file, 'sha256').hexdigest()
+    return bag.digest_of(path) if path.is_dir() else file_digest(path).hexdigest()
 
 
 def _tell_of_added(store, numbers, files):

@@ -238,7 +238,7 @@ class Tinydisplay:
             name = str(number)
             vertices = core.GeomVertexData(name, core.GeomVertexFormat.get_v3n3(),
                                            core.Geom.UH_dynamic)
-            vertices.unclean_set_num_rows(points.stop - points.start)
+            vertices.unclean_set_num_rows(int(points.stop - points.start))
             memoryview(vertices.modify_array(0)).cast('B')[:] = data[points].tobytes()
             numbers = core.GeomTriangles(core.Geom.UH_static)
             numbers.set_index_type(core.Geom.NT_uint32)

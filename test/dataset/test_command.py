@@ -31,18 +31,6 @@ from support.recipes import text
 MORE = {'clips: 3': 'clips: 9'}
 
 
-@pytest.fixture
-def run(tmp_path, capsys):
-    """Return a function that runs the command in this process: (status, what it said)."""
-    def command(*arguments, content=text(), output=tmp_path / 'set'):
-        path = tmp_path / 'mine.yaml'
-        path.write_text(content)
-        status = main([str(path), '--output', str(output), '--shard', '1/1', *arguments])
-        return status, ''.join(capsys.readouterr())
-    command.folder = tmp_path / 'set'
-    return command
-
-
 def digests(folder):
     """Return {number: digest} of a dataset's whole clips."""
     return {clip.number: clip.row['content'] for clip in Clips(folder)}
@@ -98,48 +86,6 @@ def test_a_set_may_be_planned_far_larger_than_it_is(run, monkeypatch):
     assert status == 130 and '3 of 1000000000 clips are there' in said and asked == [3]
     assert '999999997 are not there' in said and len(Clips(run.folder)) == 3
     assert run('--clips', '1000000000', '--verify')[0] == 1
-
-
-def test_verify_finds_what_is_not_as_it_was_written(run):
-    run()
-    assert run('--verify')[0] == 0
-    changed, lost = run.folder / 'clips/000000/000000001.npz', Store(run.folder).path(2, '.npz')
-    data = bytearray(changed.read_bytes())
-    data[-300] ^= 1
-    changed.write_bytes(data)
-    lost.unlink()
-    status, said = run('--verify')
-    assert status == 1 and 'clip 1: clips/000000/000000001.npz is not as it was' in said
-    assert '1 clips are whole, 0 could not be made, 1 are not as' in said and '1 are not' in said
-    assert 'remove it, and the same command makes it again' in said
-    assert 'not there are clips 2: ' in said
-    changed.unlink()
-    assert run()[0] == 0 and run('--verify')[0] == 0
-    status, said = run('--verify', '--clips', '20')
-    assert status == 1
-    assert 'not there are clips 3, 4, 5, 6, 7, 8, 9, 10, 11, 12 and 7 more: ' in said
-
-
-def test_verify_names_what_is_no_clip_and_no_manifest(run):
-    """What a killed run has left of a clip that is made again is nothing of the kind."""
-    run()
-    added = [run.folder / 'clips' / name for name in (
-        '000000/extra.npz', '000000/000000099.npz', '000000/000000001.txt', 'notes', '000009/x')]
-    added[-1].parent.mkdir()
-    for path in (*added, run.folder / 'clips/000000/.new-half'):
-        path.write_bytes(b'')
-    status, said = run('--verify')
-    assert status == 1 and '.new-half' not in said and '3 clips are whole' in said
-    line, = (line for line in said.splitlines() if line.startswith('of no clip are '))
-    assert line.count(',') == 4
-    assert all(str(path.relative_to(run.folder)) in line for path in added)
-    for path in added:
-        path.unlink()
-    (run.folder / 'manifest-000001-of-000002.parquet').write_bytes(b'PAR1')
-    status, said = run('--verify')
-    assert status == 1 and 'manifest-000001-of-000002.parquet cannot be read' in said
-    (run.folder / 'manifest-000001-of-000002.parquet').unlink()
-    assert run('--verify')[0] == 0
 
 
 def test_a_run_for_fewer_clips_hides_none(run):
