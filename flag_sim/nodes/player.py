@@ -23,6 +23,7 @@ from flag_sim.protocol.recorded_frames import recorded_frames
 from flag_sim.ros.bag import RecordedTopics
 from flag_sim.ros.delivery import check_delivery, Delivery
 from flag_sim.ros.frame_message import as_oldest
+from flag_sim.ros.gathering import Gathering
 from flag_sim.ros.lifecycle import run
 from flag_sim.ros.node_log import NodeLog
 from flag_sim.ros.parameter_node import BadParameter, ParameterNode
@@ -61,6 +62,7 @@ class Player(ParameterNode):
         self._next = self._read()
         self._start = None  # (steady time [s], time in the bag [ns]) of the first message
         self._delivery = Delivery(self, self._send_again, self._on_done)
+        self._gathering = self._gather()
         self._timer = None
         self._arm(0.0)
         self.get_logger().info(f'playing {", ".join(self._out)} of {self.values["path"]}, '
@@ -82,6 +84,15 @@ class Player(ParameterNode):
                 raise BadParameter(f'topics: {topics[names.index(name)]} and {topics[n]} would '
                                    f'both be played on {name}')
         return topics
+
+    def _gather(self):
+        """Return who is waited for at the start: the nodes that a source drives, or anybody."""
+        first, names = next(iter(self._out)), self.values['wait_for']
+        if first not in SOURCES:
+            names = None
+        elif names and first == 'parameters':
+            names = ['physics', *names]
+        return Gathering(self, first, names)
 
     def _read(self):
         """
@@ -110,8 +121,10 @@ class Player(ParameterNode):
             self._give_up(now)
             self._send_frame(now)
             self._arm(POLL_PERIOD)
-        else:
+        elif self._gathering.is_over(now):
             self._send_due(now)
+        else:
+            self._arm(POLL_PERIOD)
         if self._next is None and not len(self._delivery) and not self.ended.done():
             self.get_logger().info('the bag is over')
             self.ended.set_result(self._exit_status)

@@ -31,6 +31,7 @@ from flag_sim.ros import frame_message, messages
 from flag_sim.ros.animation_node import AnimationNode
 from flag_sim.ros.delivery import check_delivery, Delivery
 from flag_sim.ros.diagnostics import compute_time, Diagnostics, OK, WARN
+from flag_sim.ros.gathering import Gathering
 from flag_sim.ros.keyframes import Keyframes
 from flag_sim.ros.lifecycle import run
 from flag_sim.ros.topics import publish, subscribe
@@ -56,6 +57,8 @@ class Wind(AnimationNode):
         self._clock_out = publish(self, '/clock') if self.values['publish_clock'] else None
         self._message = frame_message.FrameMessage(self.get_fully_qualified_name())
         self._delivery = Delivery(self, self._send_again, self._on_done)
+        names = self.values['wait_for'] and ['physics', *self.values['wait_for']]
+        self._gathering = Gathering(self, 'parameters', names)
         self._keyframes = Keyframes()
         self._missed = MissedFrames()
         # When _send_due last ran: steady time and process CPU time [s].
@@ -69,8 +72,7 @@ class Wind(AnimationNode):
         self._set_timer()
         self.create_timer(REPORT_PERIOD, self._report)
         self._diagnostics = Diagnostics(self, self._status)
-        # In real time frames are sent whether or not any node is there to serve them.
-        waits = ('sent at once, served by' if self.values['pace'] == 'realtime' else 'waiting for')
+        waits = 'served by' if self.values['pace'] == 'realtime' else 'waiting for'
         self.get_logger().info(f'{self._plan()}, {self.values["pace"]}, {waits} '
                                f'{", ".join(self.values["wait_for"]) or "nobody"}')
 
@@ -140,7 +142,7 @@ class Wind(AnimationNode):
         elif self.values['pace'] == 'lockstep':
             self._delivery.resend_overdue(now)
             self._fill_window()
-        elif not self.values['paused']:
+        elif not self.values['paused'] and self._gathering.is_over(now):
             self._send_due(now)
         self._end_if_done(now)
 

@@ -193,7 +193,7 @@ def test_who_never_says_frame_done_is_refused_at_the_start(domain, node, name):
 
 
 @pytest.mark.parametrize('pace, said', [
-    ('realtime', 'realtime, sent at once, served by renderer'),
+    ('realtime', 'realtime, served by renderer'),
     ('lockstep', 'lockstep, waiting for renderer')])
 def test_the_first_line_says_whether_frames_wait(domain, capfd, pace, said):
     """In real time they do not."""
