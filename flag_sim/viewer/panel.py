@@ -30,7 +30,13 @@ HIDDEN = ('keys.', 'qos_overrides.', 'use_sim_time', 'start_type_description_ser
 
 
 class Section(QWidget):
-    """The fields of one group of a node; they are made when it is opened first."""
+    """
+    The fields of one group of a node; they are made when it is opened first.
+
+    filled: that they are.
+    """
+
+    filled = Signal()
 
     def __init__(self, title: str, make: callable):
         super().__init__()
@@ -71,6 +77,7 @@ class Section(QWidget):
             self.fields = self._make()
             for field in self.fields:
                 self._rows.addWidget(field)
+            self.filled.emit()
         return self.fields
 
 
@@ -78,10 +85,11 @@ class Panel(QWidget):
     """
     The fields of all nodes, which follow the model.
 
-    restore, toggle and step: the buttons; key_asked(role, name): of a field.
+    restore, toggle and step: the buttons; key_asked(role, name): of a field; rearranged: that
+    there are other fields than before.
     """
 
-    restore, toggle, step = Signal(), Signal(), Signal()
+    restore, toggle, step, rearranged = Signal(), Signal(), Signal(), Signal()
     key_asked = Signal(str, str)
 
     def __init__(self, model: GraphModel):
@@ -160,6 +168,7 @@ class Panel(QWidget):
             section.setEnabled(self._model.is_known(key[0]))
         self._show_counters()
         self._nothing.setVisible(not self._sections)
+        self.rearranged.emit()
         self._show_run()
         for field in self.fields():
             if self._model.is_known(field.role):
@@ -181,6 +190,7 @@ class Panel(QWidget):
             section = Section(f'{role} \u203a {group or "general"}',
                               lambda role=role, own=descriptors: [
                                   self._field(role, one) for one in own])
+            section.filled.connect(self.rearranged)
             if made:
                 made[1].deleteLater()
             self._sections[role, group] = descriptors, section

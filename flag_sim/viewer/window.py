@@ -27,6 +27,7 @@ from flag_sim.viewer.loading import Loader
 from flag_sim.viewer.panel import Panel
 from flag_sim.viewer.picture_view import PictureView, to_image
 from flag_sim.viewer.reasons import why_still
+from flag_sim.viewer.tab_order import order_tabs
 from flag_sim.viewer.timeline_panel import TimelinePanel
 from qtpy.QtCore import Qt, QTimer
 from qtpy.QtWidgets import QLabel, QMainWindow, QSplitter, QVBoxLayout, QWidget
@@ -85,6 +86,8 @@ class Window(QMainWindow):
         self.panel.restore.connect(lambda: self.model.publish('reset'))
         self.panel.step.connect(lambda: self.model.publish('step'))
         self.panel.toggle.connect(self.toggle)
+        self.panel.rearranged.connect(lambda: order_tabs(whole))
+        order_tabs(whole)
         self.model.on_answer.append(self._tell_refusals)
         menus.fill(self)
         self.statusBar()

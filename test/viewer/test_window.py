@@ -15,11 +15,7 @@
 """The window on real nodes: what is shown is what they have, what is turned is what they get."""
 import math
 
-from flag_sim.parameters.descriptor import Descriptor
-from flag_sim.viewer.exchange import Described, Found
-from flag_sim.viewer.graph_model import GraphModel
 from flag_sim.viewer.keys_help import keys_page
-from flag_sim.viewer.panel import Panel
 import numpy as np
 import pytest
 from qtpy.QtCore import QPoint, QPointF, Qt
@@ -257,22 +253,28 @@ def test_the_keyboard_alone_reaches_everything(desk):
         shortcuts)
 
 
-def test_hundreds_of_parameters_are_shown(desk):
-    """Of a node that nobody knows, with names of all kinds; no two of them are mixed up."""
-    model = GraphModel(lambda _: None)
-    panel = Panel(model)
-    descriptors = tuple(Descriptor(f'group{n % 7}.value{n}', 'float', low=0.0, high=1.0)
-                        for n in range(400)) + (
-        Descriptor('odd', 'other'), Descriptor('many', 'floats'), Descriptor('words', 'strs'))
-    model.take(Found({'wind': '/stranger'}))
-    model.take(Described('/stranger', descriptors, {
-        **{one.name: 0.5 for one in descriptors[:400]}, 'odd': b'', 'many': [0.0] * 5000,
-        'words': ['a', 'b']}))
-    panel.search.setText('value399')
-    assert [field.name for field in panel.fields() if field.isVisibleTo(panel)] == [
-        'group0.value399']
-    assert len(panel.fields()) == 403
-    panel.deleteLater()
+def test_tab_goes_as_a_window_is_read(desk):
+    """From the picture down the panel to the timeline, also to fields that were made late."""
+    window = desk.window
+    window.activateWindow()
+    window.panel.search.setFocus()
+    window.panel.search.setText('gravity')
+    desk.until(window.panel.search.hasFocus)
+    for _ in range(2):  # past the head of its section
+        QTest.keyClick(QApplication.focusWidget(), Qt.Key_Tab)
+    QTest.keyClick(QApplication.focusWidget(), Qt.Key_Down)
+    desk.until(lambda: desk.value('physics', 'gravity') < 9.81)
+    window.panel.search.setText('')
+    window.view.setFocus()
+    desk.until(window.view.hasFocus)
+    stops = [window.view]
+    while (widget := stops[-1].nextInFocusChain()) is not stops[0]:
+        stops.append(widget)
+    places = [stops.index(widget) for widget in (
+        window.view, window.panel.fields()[0].findChild(QAbstractSpinBox),
+        window.panel.search, window.panel.field('physics', 'gravity').findChild(QSlider),
+        window.panel.field('renderer', 'ambient').findChild(QSlider), window.timeline.rows)]
+    assert places == sorted(places)
 
 
 def test_the_help_has_every_key_of_the_menus(desk):
