@@ -227,7 +227,7 @@ def _times(times):
 
 
 def _time(time):
-    if isinstance(time, (bool, str, bytes)):
+    if isinstance(time, (bool, str, bytes, complex, np.complexfloating)):
         raise ValueError(f'times must be numbers, not {checks.shown(time)}')
     try:
         number = float(time) + 0.0  # which makes 0 of -0

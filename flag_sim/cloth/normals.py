@@ -16,6 +16,7 @@
 import math
 
 from flag_sim.jit.kernels import kernel
+from flag_sim.parameters import checks
 import numpy as np
 
 
@@ -25,7 +26,10 @@ def node_normals(positions: np.ndarray) -> np.ndarray:
 
     The area vectors of the faces around a node are summed, so that each counts by its area. A
     cloth flat in x-z, as it is at rest, has normals +y; so has a node whose faces have no area.
+    Where a position is not finite the normals around it are not. Raises ValueError for other
+    shapes and types.
     """
+    positions = checks.grid('positions', positions)
     normals = np.zeros_like(positions)
     _sum_area_vectors(positions, normals)
     _normalise(normals)

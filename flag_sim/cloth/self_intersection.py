@@ -37,9 +37,8 @@ def is_self_intersecting(positions: np.ndarray) -> bool:
     What only touches does not; nor do neighbours that are folded flat on one another. Raises
     ValueError for other shapes, and for numbers that are not finite.
     """
-    shape = np.shape(positions)
-    checks.require(len(shape) == 3 and shape[2] == 3 and min(shape[:2]) >= 2, 'positions',
-                   'of shape (rows, columns, 3), of at least 2 x 2 nodes', shape)
+    positions = checks.grid('positions', positions)
+    shape = positions.shape
     points = checks.array('positions', positions, shape).reshape(-1, 3)
     triangles = _triangles(*shape[:2])
     corners = points[triangles]

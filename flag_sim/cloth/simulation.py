@@ -36,24 +36,13 @@ from flag_sim.cloth.stepping import Stepping
 from flag_sim.parallel.thread_pool import ThreadPool
 from flag_sim.parameters import checks
 from flag_sim.parameters.closed import closed
+from flag_sim.parameters.properties import setting, view
 import numpy as np
 
 MAX_WIND = 1e4
 """Greatest wind along an axis [m/s]: the strongest gusts in a wind of 200 m/s, and to spare."""
 MAX_FRAME = 3600.0
 """Longest frame [s]."""
-
-
-def _setting(name, check, doc):
-    """Return a property that check(name, value) has to pass, and that does nothing else."""
-    private = f'_{name}'
-    return property(lambda self: getattr(self, private),
-                    lambda self, value: setattr(self, private, check(name, value)), doc=doc)
-
-
-def _view(name, doc):
-    """Return a property that can only be read."""
-    return property(lambda self: getattr(self, f'_{name}'), doc=doc)
 
 
 @closed
@@ -91,6 +80,7 @@ class Cloth:
                  start_seed: int = Options.start_seed, threads: int = Options.threads):
         hoist_top = checks.vector('hoist_top', hoist_top, MAX_HOIST)
         self._material = checks.instance('material', _or_default(material, Material), Material)
+        self._solver_name = checks.choice('solver', solver, SOLVERS)
         self.air = _or_default(air, Air)
         self.gravity = gravity
         self.stepping = _or_default(stepping, Stepping)
@@ -98,26 +88,23 @@ class Cloth:
         self._frame, self._is_carried = PoleFrame(), False
         self.start_noise, self.start_seed = start_noise, start_seed
         self._pool = ThreadPool(Options.accepted('threads', threads))
-        self._solver_name = checks.choice('solver', solver, SOLVERS)
         self._put_on(Mesh(rows, columns, length, width, pinned, precision), hoist_top)
         self.pole = pole
         self.reset()
         self._stretch_limit = None
         self.stretch_limit = stretch_limit
 
-    mesh = _view('mesh', 'The grid; see regrid and hang.')
-    hoist_top = _view('hoist_top', 'Where the upper hoist corner is: (x, y, z) [m].')
-    held = _view('held', 'How many nodes stretch_limit brought back in the last frame.')
-    is_carried = _view('is_carried', 'Whether the pole was too fast to follow; see advance.')
-    air = _setting('air', functools.partial(checks.instance, kind=Air),
-                   'The air that carries the wind.')
-    stepping = _setting('stepping', functools.partial(checks.instance, kind=Stepping),
-                        'How frames are divided into steps.')
-    gravity = _setting('gravity', Options.accepted, 'Acceleration g along -z [m/s2].')
-    start_noise = _setting('start_noise', Options.accepted,
-                           'Greatest distance from flat at which the cloth starts [m].')
-    start_seed = _setting('start_seed', Options.accepted,
-                          'Which of all random bumps the cloth starts with.')
+    mesh = view('mesh', 'The grid; see regrid and hang.')
+    hoist_top = view('hoist_top', 'Where the upper hoist corner is: (x, y, z) [m].')
+    held = view('held', 'How many nodes stretch_limit brought back in the last frame.')
+    is_carried = view('is_carried', 'Whether the pole was too fast to follow; see advance.')
+    stepping = setting('stepping', functools.partial(checks.instance, kind=Stepping),
+                       'How frames are divided into steps.')
+    gravity = setting('gravity', Options.accepted, 'Acceleration g along -z [m/s2].')
+    start_noise = setting('start_noise', Options.accepted,
+                          'Greatest distance from flat at which the cloth starts [m].')
+    start_seed = setting('start_seed', Options.accepted,
+                         'Which of all random bumps the cloth starts with.')
 
     def __copy__(self) -> 'Cloth':
         """Return a cloth of its own that goes on as this one would, as copy.deepcopy does."""
@@ -133,6 +120,17 @@ class Cloth:
         checks.instance('material', material, Material)
         if material != self._material:
             self._remodel(self._mesh, material, self._solver_name)
+
+    @property
+    def air(self) -> Air:
+        """Return the air that carries the wind."""
+        return self._air
+
+    @air.setter
+    def air(self, air: Air) -> None:
+        checks.instance('air', air, Air)
+        SOLVERS[self._solver_name].require(air)
+        self._air = air
 
     @property
     def model(self) -> Model:
@@ -177,6 +175,7 @@ class Cloth:
     @solver.setter
     def solver(self, name: str) -> None:
         if checks.choice('solver', name, SOLVERS) != self._solver_name:
+            SOLVERS[name].require(self._air)
             self._remodel(self._mesh, self._material, name)
 
     @property

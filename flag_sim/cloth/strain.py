@@ -14,6 +14,7 @@
 
 """How far the cloth is stretched, from its definition in plain numpy."""
 from flag_sim.cloth.mesh import Mesh
+from flag_sim.parameters import checks
 import numpy as np
 
 
@@ -22,7 +23,8 @@ def greatest_strain(mesh: Mesh, positions: np.ndarray) -> float:
     Return by which part of its length at rest the longest thread between two nodes is stretched.
 
     positions: (rows, columns, 3) [m]. Threads run along rows and columns; 0.0 where none is
-    longer than at rest.
+    longer than at rest. Raises ValueError for other shapes, and for numbers that are not finite.
     """
+    positions = checks.array('positions', positions, (mesh.rows, mesh.columns, 3), checks.LARGEST)
     return max(0.0, *(float(np.linalg.norm(np.diff(positions, axis=axis), axis=-1).max()) / rest
                       - 1.0 for axis, rest in ((0, mesh.dy), (1, mesh.dx))))

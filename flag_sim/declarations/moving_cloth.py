@@ -18,6 +18,7 @@ import math
 
 from flag_sim.cloth import Air, energy
 from flag_sim.cloth.divergence import Diverged
+from flag_sim.cloth.material import VACUUM
 from flag_sim.cloth.pole_load import pole_load, PoleLoad
 from flag_sim.cloth.simulation import Cloth
 from flag_sim.cloth.solvers import SOLVERS
@@ -146,10 +147,11 @@ class MovingCloth:
         if grid != (before['grid.rows'], before['grid.columns']):
             self._cloth.regrid(*grid)
         self._cloth.material = material_of(values)
-        self._cloth.air = air_of(values)
         self._cloth.gravity = values['gravity']
         self._cloth.stepping = stepping_of(values)
+        self._cloth.air = VACUUM  # the old solver may not take the new air, nor the new the old
         self._cloth.solver = values['solver']
+        self._cloth.air = air_of(values)
         self._cloth.stretch_limit = values['stretch_limit']
         self._cloth.pole = pole_of(values)
         self._cloth.precision = values['precision']

@@ -48,7 +48,8 @@ def number(name: str, value) -> float:
 
 def single(name: str, values: np.ndarray | float) -> np.ndarray | float:
     """Return values; raises ValueError for finite ones that are beyond float32's range."""
-    bad = np.extract(np.isfinite(values) & (np.abs(values) > MOST_SINGLE), values)
+    # Of float64: float16 has no such number to be compared with.
+    bad = np.extract(np.isfinite(values) & (np.abs(values) > np.float64(MOST_SINGLE)), values)
     if bad.size:
         checks.require(False, name, f'at most {MOST_SINGLE:.6g} in size, as float32 holds it',
                        float(bad[0]))

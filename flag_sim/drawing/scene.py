@@ -89,6 +89,8 @@ class Object:
                             ('before', vertices.shape)):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, ranges.points(name, getattr(self, name), shape))
+        if self.texture_coordinates is not None and self.texture_coordinates.flags.writeable:
+            ranges.single('texture_coordinates', self.texture_coordinates)
         casts_shadow = checks.boolean('casts_shadow', self.casts_shadow)
         object.__setattr__(self, 'casts_shadow', casts_shadow)
         if self.texture is not None:
@@ -200,11 +202,12 @@ def flag_scene(flag_vertices: np.ndarray, flag_normals: np.ndarray | None = None
     checks.instance('camera', camera, Camera)
     checks.instance('materials', materials, Materials)
     checks.instance('dimensions', dimensions, Dimensions)
+    flag_vertices = ranges.points('flag_vertices', flag_vertices, (None, None, 3))
     before = dimensions_before = None
     if last is not None:
         checks.instance('last', last, LastFrame)
-        before = last.flag_vertices if np.shape(last.flag_vertices) == np.shape(
-            flag_vertices) else None
+        before = last.flag_vertices if np.shape(last.flag_vertices) == (
+            flag_vertices.shape) else None
         dimensions_before = last.dimensions
     flag = _sheet('flag_', flag_vertices, flag_normals, (materials.flag, materials.flag_image),
                   FLAG, before)

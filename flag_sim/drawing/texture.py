@@ -23,6 +23,7 @@ light, and the result is encoded again. It then stands where the colour of a pla
 light is multiplied to encoded values, as it is to `Surface.color`, so that a texture of one
 colour looks like a surface of that colour.
 """
+from flag_sim.drawing import ranges
 from flag_sim.drawing.pixels import POSITIVE
 from flag_sim.jit.kernels import late_inner_kernel
 from flag_sim.parameters import checks
@@ -85,7 +86,7 @@ class Texture:
 
     def __init__(self, image: np.ndarray):
         """Make the mipmaps down to a single texel."""
-        image = np.asarray(image)
+        image = ranges.numbers('image', image)
         checks.require(image.ndim == 3 and image.shape[2] == 3 and image.dtype == np.uint8,
                        'image', '(height, width, 3) of uint8', f'{image.dtype} {image.shape}')
         checks.require(0 < min(image.shape[:2]) and max(image.shape[:2]) <= LARGEST, 'image',

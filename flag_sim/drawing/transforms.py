@@ -20,7 +20,7 @@ The source calls them shift, scaling about a point, and turns about the axes.
 Maps compose by ``@``, the one applied first standing rightmost: ``rotate_z(a) @ translate(d)``
 moves, then turns. Angles are in radians and turn right-handed: seen against the axis,
 counterclockwise. All functions raise ValueError for other
-shapes and types.
+shapes and types, and for numbers that are not finite, but for points to be mapped.
 """
 from collections.abc import Sequence
 import math
@@ -36,13 +36,13 @@ ORIGIN = (0.0, 0.0, 0.0)
 def translate(offset: Sequence[float]) -> np.ndarray:
     """Return the translation by `offset` (3,) [m]: (4, 4) (eq. 2.1)."""
     matrix = np.eye(4)
-    matrix[:3, 3] = ranges.points('offset', offset, (3,))
+    matrix[:3, 3] = _vector('offset', offset)
     return matrix
 
 
 def scale(factors: Sequence[float], centre: Sequence[float] = ORIGIN) -> np.ndarray:
     """Return the map that scales the axes by `factors` (3,) about `centre` (3,) [m] (eq. 2.2)."""
-    return _about(centre, np.diag([*ranges.points('factors', factors, (3,)), 1.0]))
+    return _about(centre, np.diag([*_vector('factors', factors), 1.0]))
 
 
 def rotate_x(angle: float, centre: Sequence[float] = ORIGIN) -> np.ndarray:
@@ -61,11 +61,16 @@ def rotate_z(angle: float, centre: Sequence[float] = ORIGIN) -> np.ndarray:
 
 
 def apply(matrix: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Map `points` (..., 3) [m] by the affine `matrix` (4, 4); the shape is kept."""
+    """
+    Map `points` (..., 3) [m] by the affine `matrix` (4, 4); the shape is kept.
+
+    Points that are not finite stay so.
+    """
     matrix, points = checks.array('matrix', matrix, (4, 4)), ranges.numbers('points', points)
     checks.require(points.ndim > 0 and points.shape[-1] == 3, 'points', 'of shape (..., 3)',
                    points.shape)
-    return points @ matrix[:3, :3].T + matrix[:3, 3]
+    with np.errstate(invalid='ignore'):  # of infinite points no sum may be left
+        return points @ matrix[:3, :3].T + matrix[:3, 3]
 
 
 def quaternion(matrix: np.ndarray) -> tuple[float, float, float, float]:
@@ -96,7 +101,14 @@ def _rotate(angle, first, second):
     return matrix
 
 
+def _vector(name, value):
+    """Return three finite numbers as float64."""
+    vector = ranges.points(name, value, (3,)).astype(np.float64)
+    checks.require(np.isfinite(vector).all(), name, 'finite', vector.tolist())
+    return vector
+
+
 def _about(centre, matrix):
     """Apply `matrix` with `centre` in place of the origin."""
-    centre = ranges.points('centre', centre, (3,))
-    return translate(centre) @ matrix @ translate(np.negative(centre))
+    centre = _vector('centre', centre)
+    return translate(centre) @ matrix @ translate(-centre)

@@ -135,7 +135,7 @@ def listed(name: str, values: object) -> list:
         require(False, name, 'a list', values)
     try:
         return list(values)
-    except TypeError:  # an array of no dimension says only here that it is none
+    except (TypeError, NotImplementedError):  # arrays and memoryviews that only look like lists
         raise ValueError(f'{name} must be a list, not {shown(values)}') from None
 
 
@@ -185,13 +185,7 @@ def array(name: str, value: object, shape: tuple, largest: float = math.inf) -> 
     Raises ValueError unless it has the shape and all its numbers are finite and at most largest
     in size.
     """
-    try:
-        numbers = np.asarray(value)
-        if numbers.dtype.kind == 'b':
-            raise TypeError
-        numbers = numbers.astype(np.float64, casting='same_kind', copy=False)
-    except (TypeError, ValueError):
-        raise ValueError(f'{name} must hold numbers, not {shown(value)}') from None
+    numbers = _numbers(name, value)
     if numbers.shape != shape:
         raise ValueError(f'{name} must have shape {shape}, not {numbers.shape}')
     bad = numbers[~(np.isfinite(numbers) & (np.abs(numbers) <= largest))]
@@ -199,3 +193,27 @@ def array(name: str, value: object, shape: tuple, largest: float = math.inf) -> 
         rule = f'finite and at most {largest:g} in size' if largest < math.inf else 'finite'
         raise ValueError(f'{name} must be {rule}, not {text(bad[0])}')
     return numbers
+
+
+def grid(name: str, value: object) -> np.ndarray:
+    """
+    Return vectors at the nodes of a grid as a contiguous float64 array (rows, columns, 3).
+
+    They may be nan or infinite. Raises ValueError for other shapes and types, and for fewer than
+    two rows or columns.
+    """
+    numbers = _numbers(name, value)
+    require(numbers.ndim == 3 and numbers.shape[2] == 3 and min(numbers.shape[:2]) >= 2, name,
+            'of shape (rows, columns, 3), of at least 2 x 2 nodes', numbers.shape)
+    return np.ascontiguousarray(numbers)
+
+
+def _numbers(name, value):
+    """Return value as a float64 array; raises ValueError for what does not hold numbers."""
+    try:
+        numbers = np.asarray(value)
+        if numbers.dtype.kind == 'b':
+            raise TypeError
+        return numbers.astype(np.float64, casting='same_kind', copy=False)
+    except (TypeError, ValueError):
+        raise ValueError(f'{name} must hold numbers, not {shown(value)}') from None

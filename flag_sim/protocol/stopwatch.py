@@ -22,21 +22,32 @@ class Stopwatch:
     """
     Adds up the seconds spent on work and on publishing between the first and the last frame.
 
-    frames: how many were served; the caller counts them.
+    frames: how many were served; the caller counts them. What was before the first one was, such
+    as kernels that compile, is in no figure.
     """
 
     def __init__(self):
-        self._first = self._last = None
+        self._last = 0.0
         self._spent = {'work': 0.0, 'publish': 0.0}
-        self.frames = 0
+        self._frames = 0
+        self._begin = 0.0, {}  # _last and _spent when the first frame was served
         self._lap = 0, 0.0  # frames and seconds of work at the last lap
+
+    @property
+    def frames(self) -> int:
+        """Return how many frames were served."""
+        return self._frames
+
+    @frames.setter
+    def frames(self, frames: int) -> None:
+        if not self._frames:
+            self._begin = self._last, dict(self._spent)
+        self._frames = frames
 
     @contextlib.contextmanager
     def measure(self, activity: str) -> Iterator[None]:
         """Add the time of the `with` block to an activity: work or publish."""
         begin = time.perf_counter()
-        if self._first is None:
-            self._first = begin
         yield
         self._last = time.perf_counter()
         self._spent[activity] += self._last - begin
@@ -51,12 +62,15 @@ class Stopwatch:
         """
         Return {name: number}: frames, seconds, and what part of these went where [%].
 
-        What is neither work nor publishing is waiting. Without a frame there is only their number.
+        The seconds are those from the first frame to the last: one time less than frames. What is
+        neither work nor publishing is waiting. Of less than two frames there is only their number.
         """
-        total = self._last - self._first if self.frames else 0.0
+        begin, spent = self._begin
+        total = self._last - begin if self.frames > 1 else 0.0
         if not total:
             return {'frames': self.frames}
-        work, publish = (100.0 * self._spent[name] / total for name in ('work', 'publish'))
+        work, publish = (100.0 * (self._spent[name] - spent[name]) / total
+                         for name in ('work', 'publish'))
         return {'frames': self.frames, 'seconds': total, 'wait': 100.0 - work - publish,
                 'work': work, 'publish': publish}
 

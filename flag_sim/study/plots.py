@@ -49,14 +49,17 @@ def figure(path: Path, columns: int = 1, rows: int = 1, size: tuple = (7.0, 4.5)
     # The figure alone, without pyplot: no window, no state that another plot could meet.
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
-    from PIL import Image  # matplotlib needs it too
     drawn = Figure(figsize=(size[0] * columns, size[1] * rows), dpi=110, layout='constrained')
     canvas = FigureCanvasAgg(drawn)
     yield drawn, drawn.subplots(rows, columns, **options)
     canvas.draw()
-    # A palette makes a file a third as long.
-    Image.fromarray(np.asarray(canvas.buffer_rgba())).convert('RGB').quantize().save(
-        path, optimize=True)
+    save(np.asarray(canvas.buffer_rgba())[..., :3], path)
+
+
+def save(picture: np.ndarray, path: Path) -> None:
+    """Write a picture (height, width, 3) uint8 as PNG; a palette makes it a third as long."""
+    from PIL import Image  # matplotlib needs it too
+    Image.fromarray(np.ascontiguousarray(picture)).quantize().save(path, optimize=True)
 
 
 WIDE = 1e5  # range of an axis, as a factor, from which on powers of ten are left to matplotlib

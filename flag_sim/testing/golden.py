@@ -41,12 +41,14 @@ class Golden:
         Raise AssertionError unless an image is the stored one.
 
         rgb: (height, width, 3) uint8; levels: by which a pixel's colour may differ. Raises
-        ValueError for other arrays, and for a name with a folder in it.
+        ValueError for other arrays and levels, and for a name with a folder in it.
         """
         checks.require(getattr(rgb, 'dtype', None) == np.uint8 and rgb.ndim == 3
                        and rgb.shape[2] == 3, 'rgb', 'of shape (height, width, 3) and uint8',
                        f'{getattr(rgb, "shape", None)} {getattr(rgb, "dtype", None)}')
-        checks.require(Path(name).name == name, 'name', 'of a file, without folders', name)
+        checks.require(isinstance(name, str) and name and Path(name).name == name, 'name',
+                       'of a file, without folders', name)
+        rgb, levels = np.asarray(rgb), checks.whole('levels', levels, 0, 255)
         stored, actual, difference = (self.folder / f'{name}{ending}.png'
                                       for ending in ('', '.actual', '.difference'))
         if self._is_update:

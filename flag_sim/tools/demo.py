@@ -21,6 +21,7 @@ from pathlib import Path
 import shutil
 import sys
 import time
+from typing import NamedTuple
 
 from flag_sim.parameters.arguments import given_path
 from flag_sim.parameters.config import config_path
@@ -45,9 +46,15 @@ LONGEST_LOOK = 1.0
 
 
 class Progress:
-    """Shows how many frames are recorded, and notices when no more come."""
+    """
+    Shows how many frames are recorded, and notices when no more come.
+
+    waited: how long the first one took [s], None before it: its kernels may have been compiled.
+    """
 
     def __init__(self, frames: int):
+        self.waited = None
+        self._begin = None   # steady time of the first look [s]
         self.bar = tqdm(total=frames, unit='frame', desc='filming')
         self._seen = None    # steady time of the last look [s]
         self._without = 0.0  # time since the last new frame, as far as it was seen [s]
@@ -56,6 +63,10 @@ class Progress:
         """Note at steady time `now` [s] how many frames are recorded."""
         self._without += 0.0 if self._seen is None else min(now - self._seen, LONGEST_LOOK)
         self._seen = now
+        self._begin = now if self._begin is None else self._begin
+        if frames and self.waited is None:
+            self.waited = now - self._begin
+            self.bar.unpause()  # the bar's frames a second are those from now on
         if frames > self.bar.n:
             self.bar.update(frames - self.bar.n)
             self._without = 0.0
@@ -66,13 +77,21 @@ class Progress:
         return self._without > (STALLED if self.bar.n else FIRST_STALLED)
 
 
-def play(shot: Path, frames: int, out: Path, signals: Sequence) -> tuple[bool, dict[str, str]]:
+class Played(NamedTuple):
     """
-    Play the params file `shot` into the bag out/demo, until something is added to `signals`.
+    How a shot was played.
 
-    Return whether wind and recorder have ended as they do after a whole shot, and the last
-    variables of the recorder (see Graph.told).
+    is_whole: whether wind and recorder have ended as they do after a whole shot. rate: frames a
+    second, from the first to the last, or None; waited: see Progress.
     """
+
+    is_whole: bool
+    rate: float | None
+    waited: float | None
+
+
+def play(shot: Path, frames: int, out: Path, signals: Sequence) -> Played:
+    """Play the params file `shot` into the bag out/demo, until something is added to `signals`."""
     arguments = ['--params-file', str(shot), '-p']
     with Graph(out / 'log') as graph:
         progress = Progress(frames)
@@ -96,7 +115,8 @@ def play(shot: Path, frames: int, out: Path, signals: Sequence) -> tuple[bool, d
         # The logs of the nodes that failed say why; if none failed, any log may.
         for name in [] if signals else graph.failed() or ([] if is_whole else graph.processes):
             print(f'--- {name} said:\n{graph.log(name)}', file=sys.stderr)
-        return is_whole, told
+        seconds = float(told.get('X_FLAG_SIM_SECONDS', 0.0))
+        return Played(is_whole, (frames - 1) / seconds if seconds else None, progress.waited)
 
 
 def frames_of(path: Path) -> int | None:
@@ -121,7 +141,7 @@ def film(shot: Path, frames: int, out: Path) -> int:
           'machine is busy)')
     with noted_signals() as signals:
         try:
-            is_whole, told = play(shot, frames, out, signals)
+            played = play(shot, frames, out, signals)
         except NoDomain as error:
             print(error, file=sys.stderr)
             return 1
@@ -129,7 +149,7 @@ def film(shot: Path, frames: int, out: Path) -> int:
         print('ended before the shot was', file=sys.stderr)
         return 128 + signals[0]
     bag = out / 'demo'
-    if not is_whole or count_images(bag) != frames:
+    if not played.is_whole or count_images(bag) != frames:
         print('the shot did not reach its end', file=sys.stderr)
         return 1
     print('making the pictures', flush=True)
@@ -140,9 +160,9 @@ def film(shot: Path, frames: int, out: Path) -> int:
     write_animation(images_of(bag), out / 'demo.gif')
     write_contact_sheet(images_of(bag), frames, out / 'demo.png')
     made.update({'demo.gif': 'the shot at its own speed, smaller', 'demo.png': 'a contact sheet'})
-    seconds = float(told.get('X_FLAG_SIM_SECONDS', 0.0))
-    rate = f' at {frames / seconds:.0f} frames/s' if seconds else ''
-    print(f'{frames} frames{rate}. Made:',
+    rate = f' at {played.rate:.0f} frames/s' if played.rate else ''
+    waited = '' if played.waited is None else f', the first after {played.waited:.0f} s'
+    print(f'{frames} frames{rate}{waited}. Made:',
           *(f'  {str(out / name):{len(str(out)) + 10}} {what}' for name, what in made.items()),
           f'See it again, where ROS is installed: ros2 bag play {bag}', sep='\n')
     return 0

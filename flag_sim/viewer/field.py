@@ -14,14 +14,15 @@
 
 """A field: a parameter's name, what its value is edited with, and why a value was refused."""
 from flag_sim.parameters.descriptor import Descriptor
+from flag_sim.viewer.balloon import Balloon
 from flag_sim.viewer.editors import editor_of
 from flag_sim.viewer.graph_model import GraphModel
-from qtpy.QtCore import Qt, Signal
-from qtpy.QtWidgets import QHBoxLayout, QLabel, QMenu, QVBoxLayout, QWidget
+from qtpy.QtCore import Signal
+from qtpy.QtWidgets import QHBoxLayout, QLabel, QMenu, QWidget
 
 LABEL_WIDTH = 21
 """Characters of the widest name that is not broken."""
-KEYED = '\u25c6 '  # a diamond, as keys on the timeline
+KEYED = '\u25c6'  # a diamond, as keys on the timeline
 REFUSED = '\u26a0 '
 
 
@@ -29,6 +30,7 @@ class Field(QWidget):
     """
     One parameter of the role's node. What is asked for stays shown until the node has answered.
 
+    It is always of the same height: what is said of it later moves no other field.
     title: '' for the parameter's own name, without its group. key_asked(role, name): its user
     wants a key of it.
     """
@@ -49,38 +51,35 @@ class Field(QWidget):
         self._label.setToolTip(descriptor.tooltip)
         self._label.setWordWrap(True)
         self._label.setFixedWidth(self.fontMetrics().averageCharWidth() * LABEL_WIDTH)
-        self._refusal = QLabel()
-        self._refusal.setWordWrap(True)
-        self._refusal.setTextInteractionFlags(Qt.TextSelectableByMouse)
-        self._refusal.hide()
-        row = QHBoxLayout()
+        self._label.setText(f'{self._title}{self._unit}')
+        self._diamond = QLabel()
+        self._diamond.setFixedWidth(self.fontMetrics().horizontalAdvance(KEYED))
+        self._balloon = None  # of the last refusal
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 1, 0, 1)
+        row.addWidget(self._diamond)
         row.addWidget(self._label)
         row.addWidget(self.editor, 1)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 1, 0, 1)
-        column.setSpacing(1)
-        column.addLayout(row)
-        column.addWidget(self._refusal)
         self.words = ' '.join((role, descriptor.name, self._title, descriptor.effect)).lower()
         self.show_value()
 
     @property
     def refusal(self) -> str:
         """Return why the last value was refused, as it is shown, or ''."""
-        return self._refusal.text().removeprefix(REFUSED)
+        return self._balloon.text().removeprefix(REFUSED) if self._balloon else ''
 
     def show_value(self) -> None:
         """Show the value that the node has, and whether a track plays it."""
         value = self._model.wanted(self.role, self.name)
         if value is not None:
             self.editor.show_value(value)
-        is_keyed = self._model.keyed(self.role, self.name)
-        self._label.setText(f'{KEYED if is_keyed else ""}{self._title}{self._unit}')
+        self._diamond.setText(KEYED if self._model.keyed(self.role, self.name) else '')
 
     def answer(self, reason: str) -> None:
         """Take the node's answer: show why it refused, with the value that it has, or nothing."""
-        self._refusal.setText(REFUSED + reason if reason else '')
-        self._refusal.setVisible(bool(reason))
+        if self._balloon:
+            self._balloon.deleteLater()
+        self._balloon = Balloon(self, REFUSED + reason) if reason else None
         self.show_value()
 
     def _ask(self, value):

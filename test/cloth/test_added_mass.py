@@ -170,12 +170,21 @@ def test_stations_are_a_fifth_of_the_width_apart_and_not_too_many():
 
 
 @pytest.mark.parametrize('solver', [name for name, kind in SOLVERS.items() if not kind.moves_air])
-def test_other_methods_refuse_it_and_leave_the_cloth(solver):
-    cloth = Cloth(5, 7, solver=solver, air=Air(added_mass=0.5))
-    before = cloth.positions
-    with pytest.raises(ValueError, match='added_mass above 0 needs solver symplectic'):
-        cloth.advance(0.01, (5.0, 1.0, 0.0))
-    np.testing.assert_array_equal(cloth.positions, before)
+def test_other_methods_refuse_it_where_it_is_set_and_leave_the_cloth(solver):
+    """When the cloth is made, gets other air, or another method; not only when it moves."""
+    moving, rule = Air(added_mass=0.5), 'added_mass above 0 needs solver symplectic'
+    with pytest.raises(ValueError, match=rule):
+        Cloth(5, 7, solver=solver, air=moving)
+    cloth = Cloth(5, 7, solver=solver)
+    with pytest.raises(ValueError, match=rule):
+        cloth.air = moving
+    assert cloth.air == Air()
+    cloth.advance(0.01, (5.0, 1.0, 0.0))
+    cloth = Cloth(5, 7, air=moving)
+    with pytest.raises(ValueError, match=rule):
+        cloth.solver = solver
+    assert cloth.solver == 'symplectic'
+    cloth.advance(0.01, (5.0, 1.0, 0.0))
     values = {declaration.name: declaration.default for declaration in PHYSICS}
     with pytest.raises(ValueError, match='solver symplectic'):
         check_method({**values, 'solver': solver, 'air.added_mass': 0.1})

@@ -77,6 +77,16 @@ def test_other_values_keep_the_motion(changes):
     assert np.linalg.norm(cloth.positions[-1, -1] - before) < 0.05
 
 
+def test_solver_and_moving_air_change_together():
+    """Neither order of setting them one by one is right both ways."""
+    cloth = MovingCloth(VALUES)
+    for index, (solver, share) in enumerate([
+            ('symplectic', 0.5), ('xpbd', 0.0), ('symplectic', 0.5), ('verlet', 0.0)]):
+        values = {**VALUES, 'solver': solver, 'air.added_mass': share}
+        cloth.advance_to(index * FRAME, WIND, values)
+    assert cloth.positions[:, -1, 1].min() > 1e-4  # it moved in the last frame, too
+
+
 def test_another_size_starts_anew_and_rolls():
     """In the wind of its first frame, in which it then moves on as in any other."""
     values = {**VALUES, 'preroll': 0.1}

@@ -17,10 +17,11 @@ import copy
 import math
 import pickle
 import re
+import warnings
 
 from flag_sim.drawing import (
-    body, box_mesh, Camera, Dimensions, flag_scene, interpolate, Light, Materials, Object, Picture,
-    sheet, Style, Surface, transforms)
+    body, box_mesh, Camera, Dimensions, flag_scene, interpolate, LastFrame, Light, Materials,
+    Object, Picture, sheet, Style, Surface, Texture, transforms)
 from flag_sim.drawing.mesh import grid_triangles
 from flag_sim.drawing.shapes import platform_mesh, pole_mesh
 
@@ -116,6 +117,8 @@ def test_invalid_attributes_are_refused(arguments, said):
     ({'triangles': None}, 'triangles must be an array'),
     ({'triangles': [[0, 1, 3]]}, 'triangles must be indices of the 3 vertices'),
     ({'triangles': [[0.0, 1.0, 2.0]]}, 'triangles must be whole numbers'),
+    ({'texture_coordinates': np.full((3, 2), -1e300)},
+     'texture_coordinates must be at most 3.40282e.38 in size, .*, not -1e.300'),
     ({'normals': np.zeros((2, 3))}, 'normals must be of shape'), ({'surface': 'red'}, 'surface'),
     ({'label': -1}, 'label must be between 0 and 255'), ({'is_closed': 1}, 'is_closed')])
 def test_invalid_objects_are_refused(arguments, said):
@@ -169,11 +172,12 @@ def test_invalid_sheets_are_refused(arguments, said):
 
 
 @pytest.mark.parametrize('arguments, said', [
+    ({'flag_vertices': [[1], [2, 3]], 'last': LastFrame(wave())}, 'flag_vertices must be'),
     ({'camera': None}, 'camera must be of class Camera'), ({'materials': Surface()}, 'materials'),
     ({'dimensions': 9.0}, 'dimensions must be of class Dimensions')])
 def test_invalid_flag_scenes_are_refused(arguments, said):
     with pytest.raises(ValueError, match=said):
-        flag_scene(wave(), **arguments)
+        flag_scene(**{'flag_vertices': wave(), **arguments})
 
 
 @pytest.mark.parametrize('segments', [0, 4, 9, 8.5, '8', None, 260])
@@ -184,6 +188,10 @@ def test_invalid_numbers_of_segments_are_refused(build, segments):
 
 
 @pytest.mark.parametrize('function, arguments, said', [
+    (transforms.translate, ((0.0, math.inf, 0.0),), 'offset must be finite, not'),
+    (transforms.scale, ((1.0, math.nan, 1.0),), 'factors must be finite, not'),
+    (transforms.rotate_x, (0.5, (math.inf, 0.0, 0.0)), 'centre must be finite, not'),
+    (Texture, ([[1], [2, 3]],), 'image must be an array of real numbers'),
     (transforms.translate, ('x',), 'offset must be'), (transforms.translate, ((1, 2),), 'offset'),
     (transforms.scale, (2.0,), 'factors must be'), (transforms.scale, ((1, 2, 3), 0), 'centre'),
     (transforms.rotate_x, ('x',), 'angle must be'), (transforms.rotate_y, (None,), 'angle must'),
@@ -195,6 +203,19 @@ def test_invalid_numbers_of_segments_are_refused(build, segments):
 def test_invalid_transforms_are_refused(function, arguments, said):
     with pytest.raises(ValueError, match=said):
         function(*arguments)
+
+
+def test_numbers_of_any_type_are_taken_as_they_are():
+    """Unsigned ones have no negative, float16 no great and infinite ones no sum."""
+    centre = np.array([1, 2, 3], np.uint8)
+    np.testing.assert_array_equal(transforms.rotate_z(0.5, centre),
+                                  transforms.rotate_z(0.5, (1.0, 2.0, 3.0)))
+    frame = Picture().draw(wave(), camera=Camera(64, 48), channels=['visibility'])
+    values = np.ones((len(frame.visibility.depths), 1), np.float16)
+    with warnings.catch_warnings():
+        warnings.simplefilter('error')
+        assert np.nanmax(interpolate(frame.visibility, values)) == 1.0
+        assert not np.isfinite(transforms.apply(np.eye(4), (math.inf, 0.0, 0.0))).all()
 
 
 @pytest.mark.parametrize('distance', ['far', None, math.nan, -1.0])

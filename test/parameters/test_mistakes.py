@@ -22,6 +22,10 @@ from flag_sim.animation.timeline import Timeline
 from flag_sim.animation.tracks import Track
 from flag_sim.animation.wind_vector import Passage, wind_vector
 from flag_sim.cloth import Air, Cloth, Material, Stepping
+from flag_sim.cloth.energy import bending_energy, elastic_energy, kinetic_energy
+from flag_sim.cloth.normals import node_normals
+from flag_sim.cloth.self_intersection import is_self_intersecting
+from flag_sim.cloth.strain import greatest_strain
 from flag_sim.parameters import checks
 import numpy as np
 import pytest
@@ -138,6 +142,31 @@ def test_what_a_cloth_cannot_do_is_refused(cloth, change, said):
     assert np.array_equal(cloth.positions, before)
 
 
+FIGURES = {
+    'kinetic energy': lambda c, nodes: kinetic_energy(c.model, nodes),
+    'elastic energy': lambda c, nodes: elastic_energy(c.model, nodes),
+    'bending energy': lambda c, nodes: bending_energy(c.model, nodes),
+    'greatest strain': lambda c, nodes: greatest_strain(c.mesh, nodes),
+    'normals': lambda c, nodes: node_normals(nodes),
+    'self-intersection': lambda c, nodes: is_self_intersecting(nodes)}
+
+
+@pytest.mark.parametrize('figure', FIGURES.values(), ids=FIGURES)
+def test_figures_about_nodes_take_them_in_any_form(cloth, figure):
+    """Those that are no vectors of nodes are refused, and never read beyond their end."""
+    nodes = np.rint(8.0 * cloth.positions)
+    expected = figure(cloth, nodes)
+    spread = np.zeros((6, 8, 6))
+    spread[::2, ::2, ::2] = nodes
+    for same in (nodes.tolist(), nodes.astype('>f4'), nodes.astype(np.uint8), nodes.astype('g'),
+                 np.asfortranarray(nodes), spread[::2, ::2, ::2], nodes[::-1].copy()[::-1]):
+        np.testing.assert_allclose(figure(cloth, same), expected, rtol=1e-12)
+    for wrong in (None, 'abc', nodes + 0j, nodes > 0.0, [[1.0, 2.0], [3.0]], nodes[..., :2],
+                  nodes[:1], nodes[0], np.zeros((3, 0, 3)), np.zeros(()), nodes.astype(str)):
+        with pytest.raises(ValueError, match='^(positions|velocities) must '):
+            figure(cloth, wrong)
+
+
 @pytest.mark.parametrize('kind', [Material, Air, Stepping])
 @pytest.mark.parametrize('value', [True, 'much', None, [1.0], math.nan, math.inf, -1.0])
 def test_no_field_takes_what_is_no_quantity(kind, value):
@@ -162,6 +191,8 @@ def test_no_field_takes_what_is_no_quantity(kind, value):
     (lambda: LOOP.value('a', math.nan), 'time must be finite, not nan'),
     (lambda: LOOP.value('b', 0), "name must be that of a track, not 'b'"),
     (lambda: LOOP.value(['a'], 0), "name must be that of a track, not ['a']"),
+    (lambda: Track([0.0, 1j], [0.0, 1.0]), 'times must be numbers, not 1j'),
+    (lambda: Track([0.0], memoryview(np.zeros((1, 2)))), 'values must be a list, not <memory'),
     (lambda: LOOP.crossed('a', 1), "after must be a number, not 'a'"),
     (lambda: LOOP.crossed(0, math.nan), 'until must be finite, not nan'),
     (lambda: LOOP.crossed(0, 1e12), 'until must be at most 500000 rounds of the loop after 0 s'),

@@ -14,7 +14,7 @@
 
 """Terms that act change the picture, those that cannot change nothing, and rows resume."""
 
-from flag_sim.cloth import Air, Material
+from flag_sim.cloth import Air, Cloth, Material
 from flag_sim.cloth.forces import Forcing
 from flag_sim.cloth.model import Model
 from flag_sim.cloth.state import State
@@ -104,6 +104,17 @@ def test_transmission_is_seen_against_the_sun():
     """From the sun's side little of the back shows."""
     front, back = measured('transmission'), measured('transmission', 'against the sun')
     assert back['levels'] > 5.0 * front['levels']
+
+
+def test_what_a_first_frame_makes_ready_is_not_timed(monkeypatch):
+    """A node makes it once, and not in every frame."""
+    runs, seen, advance = AblationRuns(BY_NAME['gravity'], SMALL), [], Cloth.advance
+    start = runs.starts(1)[0]
+    monkeypatch.setattr(Cloth, 'advance', lambda *some: (seen.append('move'), advance(*some)))
+    monkeypatch.setattr(ablation_runs.time, 'process_time', lambda: float(
+        seen.append('clock') or len(seen)))
+    runs.times(start)
+    assert seen[:4] == ['move', 'clock', 'move', 'clock'] and seen == seen[:4] * (len(seen) // 4)
 
 
 def test_all_but_times_is_the_same_again():

@@ -15,6 +15,7 @@
 import functools
 import math
 
+from flag_sim.cloth import Cloth, Diverged
 from flag_sim.declarations.factories import cloth_of
 from flag_sim.study import __main__ as study
 from flag_sim.study import plots
@@ -152,13 +153,27 @@ def test_the_command_writes_a_report(quick, params, tmp_path, capsys):
                   '- wrong:', 'half as heavy'):
         assert words in text
     assert printed.partition('\n\n')[0] in text
-    assert (folder / 'real.png').exists() == plots.can_draw()
+    for picture in ('real.png', 'flag.png'):
+        assert (folder / picture).exists() == (picture in text) == plots.can_draw()
     # Again: nothing is measured anew. Another flag has a folder of its own.
     rows = (folder / 'real.csv').read_text()
     assert study.main(arguments) == 0 and (folder / 'real.csv').read_text() == rows
     with pytest.raises(SystemExit):
         study.main(['--real', '--output', str(folder)])
     assert 'holds another study: flag' in capsys.readouterr().err
+
+
+def test_pictures_are_of_a_flag_that_moves():
+    """At the shape of the camera's picture; of the flag that is measured."""
+    one, two = flapping.pictures({**SMALL, 'height': 240}, 10.0, 1.0, 0.1, 2)
+    assert one.shape == two.shape == (82, flapping.PICTURE, 3) and (one != two).any()
+
+
+def test_a_flag_that_diverges_has_no_pictures(monkeypatch):
+    def fling(cloth, dt, wind):
+        raise Diverged('flung away')
+    monkeypatch.setattr(Cloth, 'advance', fling)
+    assert flapping.pictures(SMALL, 10.0, 1.0, 0.1, 2) == []
 
 
 def test_a_short_time_measures_one_wind_and_says_so(quick, params, tmp_path):
@@ -171,7 +186,9 @@ def test_a_short_time_measures_one_wind_and_says_so(quick, params, tmp_path):
 @pytest.mark.parametrize('text, words', [
     (None, 'cannot be read'), ('a: b: c', 'is not YAML'),
     ('/physics:\n  ros__parameters:\n    air.density: 0.0\n', 'must be above zero'),
-    ('/physics:\n  ros__parameters:\n    grid.rows: 1\n', 'rows must be')])
+    ('/physics:\n  ros__parameters:\n    grid.rows: 1\n', 'rows must be'),
+    ('/physics:\n  ros__parameters:\n    air.added_mass: 0.5\n    solver: verlet\n',
+     'added_mass above 0 needs solver symplectic')])
 def test_flags_that_cannot_be_compared_are_refused(text, words, tmp_path, capsys):
     path = tmp_path / 'mine.yaml'
     if text is not None:

@@ -86,13 +86,25 @@ def test_a_picture_shows_what_differs(tmp_path):
     assert [path.name for path in (tmp_path / 'golden').iterdir()] == ['x.png']
 
 
+def test_arrays_of_any_layout_are_compared(tmp_path):
+    image = np.arange(4 * 6 * 3, dtype=np.uint8).reshape(4, 6, 3)
+    Golden(tmp_path, True)('x', image[:, ::-1])
+    Golden(tmp_path)('x', np.ma.masked_array(image[:, ::-1]))
+    with pytest.raises(AssertionError, match='pixels differ'):
+        Golden(tmp_path)('x', np.ma.masked_array(image))
+
+
 def test_what_is_no_picture_is_refused(tmp_path):
     golden = Golden(tmp_path / 'golden', True)
     for rgb in (np.zeros((4, 4), np.uint8), np.zeros((4, 4, 4), np.uint8), np.zeros((4, 4, 3)), 3):
         with pytest.raises(ValueError, match='rgb must be of shape'):
             golden('x', rgb)
-    with pytest.raises(ValueError, match='without folders'):
-        golden('a/x', np.zeros((4, 4, 3), np.uint8))
+    for name in ('a/x', '', None, 3):
+        with pytest.raises(ValueError, match='without folders'):
+            golden(name, np.zeros((4, 4, 3), np.uint8))
+    for levels in (-1, 256, np.nan, np.zeros(3), '1'):
+        with pytest.raises(ValueError, match='levels must be'):
+            golden('x', np.zeros((4, 4, 3), np.uint8), levels)
     assert not (tmp_path / 'golden').exists()
 
 

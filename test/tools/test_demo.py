@@ -71,6 +71,20 @@ def test_kernels_have_time_to_compile_and_a_shot_that_stands_still_ends():
     progress.bar.close()
 
 
+def test_frames_a_second_are_those_after_the_first():
+    """Kernels that are compiled for it are told apart: the next film does not wait for them."""
+    progress = demo.Progress(240)
+    progress.look(0, 1000.0)
+    progress.bar.start_t -= 90.0  # as if the bar had been there for so long
+    progress.bar.last_print_t -= 90.0
+    progress.look(0, 1050.0)
+    assert progress.waited is None
+    progress.look(1, 1090.0)
+    progress.look(240, 1094.0)
+    assert progress.waited == 90.0 and progress.bar.format_dict['elapsed'] < 45.0
+    progress.bar.close()
+
+
 def test_time_that_the_demo_was_stopped_is_nobodys_fault():
     """As where the machine slept: what it has not seen, it does not count."""
     progress = demo.Progress(10)
@@ -102,7 +116,7 @@ def test_a_whole_bag_is_a_success_with_pictures(tmp_path, stops):
             process.send_signal(signal.SIGCONT)
         said, _ = process.communicate(timeout=400.0)
     assert process.returncode == 0, said
-    assert re.search(r'\b80 frames at \d+ frames/s. Made:', said)
+    assert re.search(r'\b80 frames at \d+ frames/s, the first after \d+ s. Made:', said)
     with Image.open(tmp_path / 'demo.gif') as animation:
         assert animation.n_frames == 40  # every second one
     assert (tmp_path / 'demo.png').is_file() and (tmp_path / 'demo.mp4').is_file()

@@ -221,7 +221,7 @@ def test_autokey_makes_keys_of_a_slider(desk):
     desk.until(lambda: model(desk).row(track) is not None
                and desk.value('wind', 'tracks') == [TRACK, track]
                and not desk.model._requests.is_busy('/renderer'))
-    assert desk.window.panel.field('renderer', 'sun.elevation')._label.text().startswith('\u25c6')
+    assert desk.window.panel.field('renderer', 'sun.elevation')._diamond.text() == '\u25c6'
 
 
 def test_a_parameter_is_keyed_from_its_field_and_its_track_deleted(desk):

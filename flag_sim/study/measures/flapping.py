@@ -18,7 +18,7 @@ from typing import NamedTuple
 from flag_sim.cloth import Diverged
 from flag_sim.cloth.pole_load import pole_load
 from flag_sim.declarations.factories import cloth_of
-from flag_sim.study.measures.settings import changed, Settings
+from flag_sim.study.measures.settings import changed, rendered, Settings
 import numpy as np
 
 SAMPLED = 120.0  # frames a second, at least: the finest flapping is of some 10 Hz
@@ -27,6 +27,7 @@ SLOWEST = 0.2  # frequency that is flapping and no drift of the whole flag [Hz]
 BEHIND, AHEAD = 0.5, 0.85  # of the length: between them waves are timed
 ONE_SWING = 1.5  # speed of "waves", by the wind's, from which on the flag swings as a whole
 LOADED = 4  # frames from one pole load that is taken to the next
+PICTURE = 220  # width of a picture of the flag [pixels]
 SMALLEST = 0.02  # swing of the free edge, by the length, from which on a flag flaps
 
 
@@ -80,6 +81,29 @@ def flapping(settings: Settings, speed: float, trial: Trial) -> dict:
     return dict(zip(COLUMNS, (
         *_motion(cloth, speed, dt, np.array(seen)), float(drag) / pressure,
         float(upwards) / weight + 1.0 if weight else None)))
+
+
+def pictures(settings: Settings, speed: float, settle: float, apart: float,
+             count: int) -> list[np.ndarray]:
+    """
+    Return what the camera of settings sees of a flag flown as by flapping, after settle [s].
+
+    count pictures, `apart` [s] from one to the next, each (height, PICTURE, 3) uint8; none where
+    the run diverged.
+    """
+    cloth, dt, shown = cloth_of(sampled(settings)), 1.0 / sampled(settings)['rate'], []
+    times = {round((settle + k * apart) / dt) for k in range(count)}
+    look = changed(settings, {
+        'width': PICTURE, 'height': round(PICTURE * settings['height'] / settings['width']),
+        'samples': 16})
+    try:
+        for frame in range(max(times) + 1):
+            cloth.advance(dt, (speed, 0.0, 0.0))
+            if frame in times:
+                shown.append(rendered(look, cloth.positions))
+    except Diverged:
+        return []
+    return shown
 
 
 COLUMNS = ('frequency_hz', 'crossings_hz', 'swing', 'wave_speed', 'sag_deg', 'drag', 'lift')

@@ -17,7 +17,7 @@ from collections.abc import Iterator
 from flag_sim.declarations.factories import cloth_of
 from flag_sim.study import plots as drawing
 from flag_sim.study.measures import published
-from flag_sim.study.measures.flapping import COLUMNS, flapping, Trial
+from flag_sim.study.measures.flapping import COLUMNS, flapping, pictures, Trial
 from flag_sim.study.measures.published import Flag
 from flag_sim.study.measures.realism import compare, FLIES, flying, PARTLY, RIGHT, WRONG
 from flag_sim.study.measures.settings import changed, Settings
@@ -31,6 +31,9 @@ TITLE = """# How near this flag is to real ones
 Measured in steady wind, beside what is published of real flags, and of exact solutions."""
 WINDS = (6.0, 10.0, 15.0, 4.0, 3.0, 2.0)  # the most telling first [m/s]
 OWN, LIGHTER = 'this flag', 'half as heavy'
+SHOWN = 10.0  # wind of the pictures of the flag [m/s]
+APART, COUNT = 1.0 / 6.0, 6  # of the pictures [s]
+GAP = 4  # between two pictures [pixels]
 
 
 class Real:
@@ -115,7 +118,17 @@ mean load on the pole, by rho U^2 L H / 2. Lift: by the weight.
 """ + (f'\nNot measured for lack of time: {"; ".join(missing)}.' if missing else '')
 
     def plots(self, store: Store) -> Iterator[tuple[str, str]]:
-        """Draw frequency, drag, wave speed and swing against the wind."""
+        """Draw frequency, drag, wave speed and swing against the wind; and the flag itself."""
+        yield from self._plot(store)
+        shown = pictures(self.settings[OWN], SHOWN, self.trial.settle, APART, COUNT)
+        if shown:
+            gap = np.full((len(shown[0]), GAP, 3), 255, np.uint8)
+            strip = np.concatenate([part for one in shown for part in (gap, one)][1:], axis=1)
+            drawing.save(strip, store.folder / 'flag.png')
+            yield 'flag.png', (f'The flag in a wind of {SHOWN:g} m/s, after {self.trial.settle:g} '
+                               f's; from one picture to the next {APART:.2g} s.')
+
+    def _plot(self, store):
         rows = {name: flying(found) for name, found in self.rows(store).items()}
         if len(rows[OWN]) < 2:
             return
