@@ -27,7 +27,7 @@ from flag_sim.ros.roles import players
 from flag_sim.ros.spinning import spin_guarded, why_no_events
 from flag_sim.ros.topics import publish, subscribe
 from flag_sim.viewer.exchange import Answered, Changed, Described, Exchange, Found, FramePlace
-from flag_sim.viewer.exchange import Publish, Reported
+from flag_sim.viewer.exchange import Publish, Reported, Unreadable
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.qos import qos_profile_parameter_events
 from rclpy.task import Future
@@ -76,6 +76,7 @@ class Viewer(ParameterNode):
                 picture = read_image(bytes(data))
             except ValueError as error:
                 self._log.warn(f'an image is ignored: {error}', 'images')
+                self.exchange.post(Unreadable(str(error)))
                 return
             self.exchange.put_picture(picture)
         self._stopwatch.frames += 1

@@ -60,7 +60,9 @@ def keys_in(path: str | os.PathLike) -> list[str]:
         try:
             return _keys(yaml, yaml.parse(file, getattr(yaml, 'CSafeLoader', yaml.SafeLoader)))
         except yaml.YAMLError as error:
-            raise ValueError(f'{path} is not YAML: {" ".join(str(error).split())[:200]}') from None
+            # The library names an open file by its number.
+            said = ' '.join(str(error).replace(f'in "{file.name}", ', 'in ').split())
+            raise ValueError(f'{path} is not YAML: {said[:200]}') from None
         except ValueError as error:
             raise ValueError(f'{path} is not a params file: {error}') from None
 

@@ -147,12 +147,13 @@ class RemoteNode:
         kinds: {name: kind of its Descriptor}. on_answer: called once with {name: why it was
         refused, or ''}.
         """
-        try:
-            parameters = [Parameter(name=name, value=to_value(value, kinds.get(name, '')))
-                          for name, value in values.items()]
-        except ValueError as error:
-            on_answer(dict.fromkeys(values, str(error)))
-            return
+        parameters = []
+        for name, value in values.items():
+            try:
+                parameters.append(Parameter(name=name, value=to_value(value, kinds.get(name, ''))))
+            except ValueError as error:
+                on_answer(dict.fromkeys(values, f'{name}: {error}'))
+                return
         kind = SetParametersAtomically if together else SetParameters
 
         def answer(response):

@@ -19,7 +19,7 @@ import subprocess
 import sys
 import traceback
 
-from flag_sim.viewer.exchange import Exchange
+from flag_sim.viewer.exchange import Exchange, Unreadable
 from flag_sim.viewer.window import Window
 import qtpy
 from qtpy import API_NAME
@@ -96,7 +96,10 @@ class Bridge(QObject):
     def _take(self):
         news, picture = self._exchange.news()
         for one in news:
-            self._window.model.take(one)
+            if isinstance(one, Unreadable):
+                self._window.show_unreadable(one.reason)
+            else:
+                self._window.model.take(one)
         if picture is not None:
             self._window.show_picture(*picture)
 

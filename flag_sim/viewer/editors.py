@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """What one value is edited with, by its descriptor: a box, a slider, a check box, a choice."""
+from flag_sim.parameters.checks import shown
 from flag_sim.parameters.descriptor import Descriptor
 from flag_sim.viewer.number_box import NumberBox
 from flag_sim.viewer.scales import Scale, STEPS
@@ -29,9 +30,14 @@ LONGEST_TEXT = 10_000
 
 
 class Editor(QWidget):
-    """One value: asked(value) by its user; `show_value` shows what it is."""
+    """
+    One value: asked(value) by its user; `show_value` shows what it is.
+
+    refused: why what was typed is no value.
+    """
 
     asked = Signal(object)
+    refused = Signal(str)
 
     def __init__(self, descriptor: Descriptor):
         super().__init__()
@@ -91,6 +97,7 @@ class NumberEditor(Editor):
         is_whole = descriptor.kind == 'int'
         self._box = self.add(NumberBox(descriptor.low, descriptor.high, is_whole))
         self._box.asked.connect(self._ask)
+        self._box.refused.connect(self.refused)
         self._slider = None
         if descriptor.low is not None and descriptor.high > descriptor.low:
             self._scale = Scale(descriptor.low, descriptor.high, is_whole)
@@ -126,6 +133,7 @@ class NumbersEditor(Editor):
             box.setMinimumWidth(box.fontMetrics().horizontalAdvance('-0.00000') + 24)
             box.asked.connect(lambda one, n=n: self.asked.emit(
                 [*self._value[:n], one, *self._value[n + 1:]]))
+            box.refused.connect(self.refused)
 
     def show_value(self, value: object) -> None:
         """Show each."""
@@ -188,6 +196,7 @@ class TextEditor(Editor):
                 value = None
             if not isinstance(value, list):
                 self._line.setText(self._shown)
+                self.refused.emit(f'{shown(text)} is no list')
                 return
         self._line.setText(self._shown)
         self.asked.emit(value)

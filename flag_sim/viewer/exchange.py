@@ -75,6 +75,13 @@ class Reported:
 
 
 @dataclasses.dataclass(frozen=True)
+class Unreadable:
+    """Why the last image cannot be read."""
+
+    reason: str
+
+
+@dataclasses.dataclass(frozen=True)
 class FramePlace:
     """A frame that the wind has announced; stamp [ns]; take and index: None where unknown."""
 

@@ -46,6 +46,7 @@ class Field(QWidget):
         self.editor = editor_of(descriptor)
         self.editor.setEnabled(not descriptor.is_fixed and descriptor.kind != 'other')
         self.editor.asked.connect(self._ask)
+        self.editor.refused.connect(self.answer)
         self._label = QLabel()
         self._label.setBuddy(self.editor)
         self._label.setToolTip(descriptor.tooltip)

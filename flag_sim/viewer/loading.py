@@ -14,6 +14,7 @@
 
 """Loads a params file into the nodes that are there: all of it, or nothing."""
 from collections.abc import Callable
+import difflib
 from pathlib import Path
 
 from flag_sim.viewer import shot_files
@@ -22,6 +23,10 @@ from flag_sim.viewer.timeline_model import SHOWN, TimelineModel
 
 ORDER = ('physics', 'renderer', 'wind')
 """The wind is the last: tracks of a file are not begun where another node refuses its part."""
+NOT_DESCRIBED = (*SHOWN, 'qos_overrides.')
+"""How names begin that a node may read although it does not declare them."""
+LONGEST_NAME = 80
+"""Characters of a name for which the nearest known one is looked for: it takes a while."""
 
 
 class Loader:
@@ -36,26 +41,44 @@ class Loader:
         self._model = model
         self._timeline = timeline
         self._say = say
+        self._unused = ''  # what in the file that is loaded no node reads, in words
 
     def load(self, path: Path) -> None:
         """Set what a params file holds for the nodes that are there."""
         try:
             sections = shot_files.read_sections(path)
         except (OSError, ValueError) as error:
-            self._say(f'{path} was not loaded: {error}')
+            self._say(f'{Path(path).name} was not loaded: {error}')
             return
-        parts = {role: self._part(role, sections) for role in ORDER if self._model.is_known(role)}
+        own = {role: shot_files.meant_for(sections, self._model.nodes[role], role)
+               for role in ORDER if self._model.is_known(role)}
+        parts = {role: self._part(role, sections) for role in own}
         parts = {role: values for role, values in parts.items() if values}
+        self._unused = ''.join(f'; {words}' for words in self._unused_words(sections, own))
         if parts:
             self._put_next(Path(path).name, parts, {})
         else:
-            self._say(f'{Path(path).name} has nothing for the nodes that are there')
+            self._say(f'{Path(path).name} has nothing for the nodes that are there{self._unused}')
 
     def _part(self, role, sections):
-        values = shot_files.values_for(sections, self._model.nodes[role])
+        values = shot_files.values_for(sections, self._model.nodes[role], role)
         if role == 'wind':
             values = shot_files.wind_values(values)
         return {name: value for name, value in values.items() if self._can_set(role, name)}
+
+    def _unused_words(self, sections, own):
+        """Yield in words which names in a file no node here reads."""
+        for role, sections_of_role in own.items():
+            known = self._model.descriptors[self._model.nodes[role]]
+            for key, values in sections_of_role.items():
+                for name in values if not shot_files.is_for_all(key) else ():
+                    if not name.startswith(NOT_DESCRIBED) and name not in known:
+                        near = difflib.get_close_matches(name[:LONGEST_NAME], known, n=1)
+                        yield f'{role} has no {name}' + (f' ({near[0]}?)' if near else '')
+        strange = [key for key in sections if not shot_files.is_for_all(key)
+                   and not any(key in of_role for of_role in own.values())]
+        if strange:
+            yield f'no node here is {", ".join(strange)}'
 
     def _can_set(self, role, name):
         descriptor = self._model.descriptor(role, name)
@@ -87,7 +110,7 @@ class Loader:
         wind = parts.get('wind', {})
         gone = [name for name in tracks if name not in wind.get('tracks', tracks)]
         self._say(f'{file}: set for ' + ', '.join(
-            f'{role}: {len(values)}' for role, values in parts.items()) + (
+            f'{role}: {len(values)}' for role, values in parts.items()) + self._unused + (
             f'; no longer played: {", ".join(gone)} (Ctrl+Z brings the keys back)' if gone
             else ''))
         if any(name.startswith(SHOWN) for name in wind):

@@ -15,6 +15,7 @@
 """A box for one number, which shows six digits of it and keeps all of them."""
 import math
 
+from flag_sim.viewer.typed import number
 from qtpy.QtCore import QSize, Qt, Signal
 from qtpy.QtGui import QValidator
 from qtpy.QtWidgets import QAbstractSpinBox
@@ -35,10 +36,11 @@ class NumberBox(QAbstractSpinBox):
     Asks for what is typed or stepped to; what it shows is what `show_value` was told last.
 
     low, high: where the arrows end, or None; any number can be typed, as the node says what it
-    refuses. asked: a float, or an int where is_whole.
+    refuses. asked: a float, or an int where is_whole; refused: why a text is none.
     """
 
     asked = Signal(object)
+    refused = Signal(str)
 
     def __init__(self, low: float | None = None, high: float | None = None,
                  is_whole: bool = False):
@@ -67,14 +69,13 @@ class NumberBox(QAbstractSpinBox):
         text = self.text().strip()
         if text == self._text(self._value):
             return
-        try:
-            number = float(text)
-            number = int(number) if self._is_whole and number.is_integer() else number
-        except (ValueError, OverflowError):
-            number = None
         self.lineEdit().setText(self._text(self._value))
-        if number is not None:
-            self.asked.emit(number)
+        try:
+            value = number(text, self._is_whole)
+        except ValueError as error:
+            self.refused.emit(str(error))
+        else:
+            self.asked.emit(value)
 
     # What Qt asks.
 
@@ -83,13 +84,8 @@ class NumberBox(QAbstractSpinBox):
         return QSize(self.minimumWidth(), super().sizeHint().height())
 
     def validate(self, text: str, place: int) -> tuple:
-        """Take all that a number may begin with."""
-        try:
-            float(text)
-            return QValidator.Acceptable, text, place
-        except ValueError:
-            is_part = not set(text.lower()) - set('0123456789.e+- infa')
-            return (QValidator.Intermediate if is_part else QValidator.Invalid), text, place
+        """Take all that is typed: a letter that was left out would make it another number."""
+        return QValidator.Acceptable, text, place
 
     def stepEnabled(self) -> QAbstractSpinBox.StepEnabled:
         """Return which of the arrows lead on."""

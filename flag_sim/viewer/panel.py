@@ -131,6 +131,7 @@ class Panel(QWidget):
     def _buttons(self):
         row = QHBoxLayout()
         self._run = QPushButton('&Pause')
+        self._of_wind = []
         for button, signal, tip in (
                 (QPushButton('&Restore the flag'), self.restore, 'back to the first frame'),
                 (self._run, self.toggle, 'stop the wind, or let it blow on'),
@@ -138,6 +139,7 @@ class Panel(QWidget):
             button.setToolTip(tip)
             button.clicked.connect(lambda _=False, signal=signal: signal.emit())
             row.addWidget(button)
+            self._of_wind.append(button)
         return row
 
     def fields(self) -> list[Field]:
@@ -173,6 +175,8 @@ class Panel(QWidget):
         for field in self.fields():
             if self._model.is_known(field.role):
                 field.show_value()
+            else:
+                field.answer('')  # a node that comes in its place has refused nothing
 
     def _show_groups(self, role):
         known = self._model.descriptors[self._model.nodes[role]].values()
@@ -238,7 +242,8 @@ class Panel(QWidget):
     def _show_run(self):
         is_paused = self._model.value('wind', 'paused') is True
         self._run.setText('&Run' if is_paused else '&Pause')
-        self._run.setEnabled(self._model.is_known('wind'))
+        for button in self._of_wind:
+            button.setEnabled(self._model.is_known('wind'))
 
     def _filter(self, text):
         """Show the fields whose names or effects hold all words that are searched for."""

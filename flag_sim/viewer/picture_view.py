@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """The picture: the bytes of the latest image on the screen, at their own aspect, and a reason."""
+from flag_sim.parameters.checks import shown
 from flag_sim.protocol.cdr_image import ImageBytes
 from qtpy.QtCore import QRect, QSize, Qt, Signal
 from qtpy.QtGui import QColor, QImage, QPainter
@@ -30,7 +31,7 @@ FORMATS = {
 def to_image(picture: ImageBytes) -> tuple[QImage | None, str]:
     """Return (the image, '') or (None, why it cannot be shown). It owns its pixels."""
     if picture.encoding not in FORMATS:
-        return None, (f'The images are of the encoding {picture.encoding}; shown here are '
+        return None, (f'The images are of the encoding {shown(picture.encoding)}; shown here are '
                       f'{", ".join(FORMATS)}.')
     kind, size = FORMATS[picture.encoding]
     if not picture.width or not picture.height:

@@ -17,7 +17,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from flag_sim.parameters.config import config_path
-from flag_sim.parameters.file_targets import is_meant, keys_in, PARAMETERS
+from flag_sim.parameters.file_targets import base_name, is_meant, keys_in, PARAMETERS
 from flag_sim.parameters.params_file import save_parameters
 import yaml
 
@@ -56,10 +56,29 @@ def _flat(content, before=''):
     return flat
 
 
-def values_for(sections: Mapping, node: str) -> dict[str, object]:
-    """Return {name: value} of what a file has for the node of that full name."""
-    return {name: value for key, values in sections.items() if is_meant(key, node)
+def values_for(sections: Mapping, node: str, role: str = '') -> dict[str, object]:
+    """Return {name: value} of what a file has for a node: see meant_for."""
+    return {name: value for values in meant_for(sections, node, role).values()
             for name, value in values.items()}
+
+
+def meant_for(sections: Mapping, node: str, role: str = '') -> dict[str, dict]:
+    """
+    Return those sections of a file that are for the node of that full name.
+
+    role: what it is in the graph, '' for what its name says. Where a file has nothing by its name,
+    as for a renderer with one of its own, that is what is for a node that is called by its role.
+    """
+    known_as = f'{node.rpartition("/")[0]}/{role or base_name(node)}'
+    if any(is_meant(key, node) and base_name(key) == base_name(node) for key in sections):
+        known_as = node
+    return {key: values for key, values in sections.items()
+            if is_meant(key, node) or is_meant(key, known_as)}
+
+
+def is_for_all(key: str) -> bool:
+    """Return whether a section is for nodes of any name: some of them may lack a parameter."""
+    return base_name(key) in ('*', '**')
 
 
 def wind_values(values: Mapping) -> dict[str, object]:

@@ -71,8 +71,8 @@ class TimelineModel:
     """
     Reads the rows from the wind's parameters, and sets them as edits ask.
 
-    say(text): tells why an edit was refused. on_change: functions called when what is shown has
-    changed.
+    say(text): tells why an edit was refused, and '' once one is made. on_change: functions called
+    when what is shown has changed.
     """
 
     def __init__(self, graph: GraphModel, say: Callable[[str], None]):
@@ -286,6 +286,7 @@ class TimelineModel:
                 self._later.clear()
                 (refused or self._say)(reason)
             else:
+                self._say('')
                 then()
             self._read()  # what was dragged goes back
             while self._later and not self._under_way:

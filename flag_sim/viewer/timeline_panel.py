@@ -13,14 +13,13 @@
 # limitations under the License.
 
 """The timeline below the picture: its rows, and what edits the key that is selected."""
-import ast
-
 from flag_sim.animation.laws import LAWS
 from flag_sim.viewer.graph_model import GraphModel
 from flag_sim.viewer.number_box import NumberBox
 from flag_sim.viewer.timeline_hands import TimelineRows
 from flag_sim.viewer.timeline_model import TimelineModel
 from flag_sim.viewer.timeline_rows import ROW, RULER
+from flag_sim.viewer.typed import like
 from qtpy.QtCore import QSignalBlocker, QSize, Qt
 from qtpy.QtWidgets import QCheckBox, QComboBox, QHBoxLayout, QLabel, QLineEdit, QPushButton
 from qtpy.QtWidgets import QScrollArea, QVBoxLayout, QWidget
@@ -34,6 +33,7 @@ class TimelinePanel(QWidget):
     def __init__(self, graph: GraphModel, say):
         super().__init__()
         self._graph = graph
+        self._say = say
         self.model = TimelineModel(graph, say)
         self.rows = TimelineRows(self.model)
         self._time = None
@@ -77,6 +77,7 @@ class TimelinePanel(QWidget):
         self.key_time = NumberBox(-1e9, 1e9)
         self.key_time.setAccessibleName('time of the key')
         self.key_time.asked.connect(lambda time: self._move(time=time))
+        self.key_time.refused.connect(self._say)
         self.key_value = QLineEdit()
         self.key_value.setAccessibleName('value of the key')
         self.key_value.setMinimumWidth(self.fontMetrics().averageCharWidth() * 18)
@@ -136,7 +137,13 @@ class TimelinePanel(QWidget):
         found = self._selected()
         if found is None or self.key_value.text() == _words(found[0].keys.values[found[1]]):
             return
-        self._move(value=_value(self.key_value.text(), found[0].keys.values[found[1]]))
+        try:
+            value = like(self.key_value.text(), found[0].keys.values[found[1]])
+        except ValueError as error:
+            self._say(str(error))
+            self._show_selected()
+        else:
+            self._move(value=value)
 
     def _move(self, time=None, value=None):
         found = self._selected()
@@ -181,16 +188,3 @@ def _words(value):
     if isinstance(value, list):
         return ', '.join(f'{one:.6g}' for one in value)
     return f'{value:.6g}' if isinstance(value, float) else str(value)
-
-
-def _value(text, before):
-    """Return what is typed, of the type of the value before; that value where it is none."""
-    if isinstance(before, str):
-        return text
-    try:
-        value = ast.literal_eval(f'[{text}]' if isinstance(before, list) else text.capitalize())
-        if isinstance(before, list):
-            return [float(one) for one in value]
-        return type(before)(value)
-    except (ValueError, SyntaxError, TypeError):
-        return before

@@ -89,6 +89,7 @@ class Window(QMainWindow):
         self.panel.rearranged.connect(lambda: order_tabs(whole))
         order_tabs(whole)
         self.model.on_answer.append(self._tell_refusals)
+        self.model.on_nodes.append(lambda: self.say(''))  # it was of who was there before
         menus.fill(self)
         self.statusBar()
         self.setWindowTitle('viewer')
@@ -110,7 +111,7 @@ class Window(QMainWindow):
             self.model.is_known(role) and self.model.report(role) for role in self.model.nodes)
 
     def say(self, text: str) -> None:
-        """Tell something below, for some seconds."""
+        """Tell something below for some seconds, in place of what was told before; '' nothing."""
         self.statusBar().showMessage(text, SAID)
 
     # What comes.
@@ -124,6 +125,11 @@ class Window(QMainWindow):
             self.view.set_reason(self._unshown)
         self.counter.show(picture.stamp, place, time.monotonic())
 
+    def show_unreadable(self, reason: str) -> None:
+        """Say why an image cannot be shown, over the last one that could."""
+        self._unshown = f'The images cannot be read: {reason}.'
+        self.view.set_reason(self._unshown)
+
     def _tick(self):
         now = time.monotonic()
         self._frames.setText(status_line.frame_words(self.counter, now))
@@ -136,8 +142,7 @@ class Window(QMainWindow):
 
     def _tell_refusals(self, role, reasons):
         refused = [f'{role}: {reason}' for reason in reasons.values() if reason]
-        if refused:  # also of parameters whose field is not seen
-            self.say('; '.join(refused))
+        self.say('; '.join(refused))  # also of parameters whose field is not seen
 
     def _show_time(self):
         self.timeline.show_time(self.timeline.model.playhead(

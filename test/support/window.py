@@ -43,15 +43,18 @@ class Desk:
     """
     A window, a viewer node and the nodes `names`, in a domain.
 
-    given: parameters of all nodes at their start. Nothing happens but within `until`.
+    given: parameters of all nodes at their start; remaps: rules. Nothing happens but within
+    `until`.
     """
 
-    def __init__(self, domain, *given, names=('physics', 'renderer', 'wind'), namespace='/'):
+    def __init__(self, domain, *given, names=('physics', 'renderer', 'wind'), namespace='/',
+                 remaps=()):
         self._application = application()
         self._given = [*SMALL, *given]
         self._domain = domain
         self._names = names
         self._namespace = namespace
+        self._remaps = [part for one in remaps for part in ('-r', one)]
         self.nodes = {}
 
     def start(self, name):
@@ -103,7 +106,7 @@ class Desk:
         given = [part for one in self._given for part in ('-p', one)]
         self._cleanup.enter_context(rclpy.init(
             domain_id=self._domain,
-            args=['--ros-args', '-r', f'__ns:={self._namespace}', *given]))
+            args=['--ros-args', '-r', f'__ns:={self._namespace}', *self._remaps, *given]))
         self._executor = SingleThreadedExecutor()
         self.viewer = Viewer()
         self._executor.add_node(self.viewer)

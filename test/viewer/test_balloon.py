@@ -115,9 +115,8 @@ def test_a_balloon_goes_along_with_its_field_and_hides_with_it(window):
         section.unfold(is_open)
         window.settle()
         assert balloon.isVisible() == is_open
-    window.model.take(Found({}))  # grey, but still there
-    window.settle()
-    assert balloon.isVisible()
+    window.model.take(Found({}))  # a node that comes in its place has refused nothing
+    assert not field.refusal
     window.model.take(Found({'wind': '/wind'}))
     window.model.take(Described('/wind', (Descriptor('speed', kind='float'),), {'speed': 1.0}))
     window.settle()

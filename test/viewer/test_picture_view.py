@@ -45,7 +45,7 @@ def test_every_pixel_is_that_of_the_message(encoding, width, padding):
 
 
 @pytest.mark.parametrize('encoding, width, height, step, words', [
-    ('32FC1', 2, 2, 8, 'of the encoding 32FC1; shown here are rgb8'),
+    ('32FC1', 2, 2, 8, "of the encoding '32FC1'; shown here are rgb8"),
     ('rgb8', 0, 2, 0, 'no pixels: 0 x 2'), ('rgb8', 2, 2, 5, 'rows of 5 bytes, too few for 2')])
 def test_what_cannot_be_shown_says_why(encoding, width, height, step, words):
     image, reason = to_image(picture(encoding, width, height, step, bytes(height * step)))

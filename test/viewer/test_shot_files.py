@@ -48,6 +48,25 @@ def test_nested_names_and_namespaces_are_read(tmp_path):
     assert not shot_files.values_for(sections, '/wind')
 
 
+def test_a_node_of_another_name_gets_what_is_for_its_role():
+    """Unless the file has something by its own name."""
+    sections = {'/**': {'pole.height': 2.0}, '/**/renderer': {'width': 64}, '/left': {'width': 32}}
+    assert shot_files.values_for(sections, '/other', 'renderer') == {
+        'pole.height': 2.0, 'width': 64}
+    assert shot_files.values_for(sections, '/robot/other', 'renderer')['width'] == 64
+    assert shot_files.values_for(sections, '/left', 'renderer') == {
+        'pole.height': 2.0, 'width': 32}
+    assert shot_files.values_for(sections, '/other', 'physics') == {'pole.height': 2.0}
+
+
+def test_a_broken_file_is_named_once_and_not_by_a_number(tmp_path):
+    (tmp_path / 'a.yaml').write_text('a: {b: "')
+    words = r'a.yaml is not YAML: .* in line 1, column \d'
+    with pytest.raises(ValueError, match=words) as refused:
+        shot_files.read_sections(tmp_path / 'a.yaml')
+    assert str(refused.value).count('a.yaml') == 1
+
+
 @pytest.mark.parametrize('content', ['', '[1, 2]', 'a: 1', '{', 'a: {ros__parameters: 3}',
                                      'a: {ros__parameters: [1]}', '&a [*a]', '\0'])
 def test_what_is_no_params_file_is_refused(tmp_path, content):

@@ -253,38 +253,3 @@ def test_the_playhead_follows_the_stamps_round_the_loop(desk):
     assert expected == pytest.approx(
         model(desk).timeline.local(place.index / 30.0), abs=1e-6)
     assert math.isfinite(expected)
-
-
-def test_a_shot_is_loaded_whole(desk):
-    """With its tracks in place of those before; how it is filmed stays, and it begins anew."""
-    from flag_sim.parameters.config import config_path
-    take = desk.window.counter.place.take
-    desk.window.load(config_path('turn.yaml'))
-    desk.until(lambda: desk.value('wind', 'tracks') == ['wind.azimuth']
-               and desk.value('physics', 'preroll') == 4.0
-               and desk.window.counter.place.take > take)
-    assert (desk.value('wind', 'pace'), desk.value('wind', 'frames')) == ('realtime', 0)
-    said = desk.window.statusBar().currentMessage
-    assert f'no longer played: {TRACK}' in said()
-    desk.window.load('there is none.yaml')
-    assert 'was not loaded' in said()
-    model(desk).undo()  # of what the wind had
-    desk.until(lambda: desk.value('wind', 'tracks') == [TRACK])
-    assert at_wind(desk, 'times') == TIMES
-
-
-def test_a_file_that_a_node_refuses_is_not_loaded_at_all(desk, tmp_path):
-    path = tmp_path / 'bad.yaml'
-    path.write_text("""
-/**/wind: {ros__parameters: {speed: 4.0, frames: 9}}
-/**/physics: {ros__parameters: {gravity: 1.5}}
-/**/renderer: {ros__parameters: {samples: 4, width: -5}}
-""")
-    before = [desk.value('wind', 'speed'), desk.value('physics', 'gravity'),
-              desk.value('renderer', 'samples')]
-    desk.window.load(path)
-    said = desk.window.statusBar().currentMessage
-    desk.until(lambda: 'not loaded: renderer: width must be' in said())
-    desk.until(lambda: before == [desk.value('wind', 'speed'), desk.value('physics', 'gravity'),
-                                  desk.value('renderer', 'samples')])
-    assert desk.value('wind', 'tracks') == [TRACK]
