@@ -16,11 +16,17 @@
 import os
 
 from flag_sim.tools.domains import claimed_domain
+from hypothesis import HealthCheck, settings
 import pytest
 from support.compiled import compile_kernels
+from support.soak import SOAK
 
 os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
 os.environ['QT_QPA_PLATFORM'] = 'offscreen'  # windows are drawn, and seen by nobody
+# No test fails because a machine is slow, nor by examples that the last run did not try.
+settings.register_profile('flag_sim', deadline=None, derandomize=not SOAK, database=None,
+                          suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile('flag_sim')
 
 
 def pytest_configure(config):
