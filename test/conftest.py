@@ -14,6 +14,7 @@
 
 """Fixtures that several test modules share."""
 import os
+import types
 
 from flag_sim.tools.domains import claimed_domain
 from hypothesis import HealthCheck, settings
@@ -47,3 +48,10 @@ def module_domain():
     """Return a domain for all tests of a module."""
     with claimed_domain() as number:
         yield number
+
+
+@pytest.fixture
+def still_log(monkeypatch):
+    """Let no time pass for the logs of nodes in this process: what is told once is not repeated."""
+    monkeypatch.setattr('flag_sim.ros.node_log.time', types.SimpleNamespace(
+        monotonic=lambda: 1000.0))

@@ -27,7 +27,8 @@ from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
 
-ASKED, ASK_AGAIN = 4, 10.0  # times that something is asked for, and seconds between
+PATIENCE = 90.0  # after which what did not come is thought never to come [s]
+ASK_AGAIN = 10.0  # after which what was not answered is asked for again [s]
 
 
 class InVain(AssertionError):
@@ -101,12 +102,12 @@ class Watcher:
         A server that has not yet found the client's end of the service answers to nobody; reading
         twice does no harm.
         """
-        for _ in range(ASKED):
+        for _ in range(round(PATIENCE / ASK_AGAIN)):
             future = ask()
             with contextlib.suppress(InVain):
                 eventually(future.done, self, ASK_AGAIN)
                 return future.result()
-        raise InVain(f'asked {ASKED} times')
+        raise InVain('asked in vain')
 
     def get(self, client, name):
         """Return the value of a parameter."""
@@ -143,7 +144,7 @@ class Watcher:
         rclpy.shutdown(context=self._context)
 
 
-def eventually(condition, watcher, seconds=90.0):
+def eventually(condition, watcher, seconds=PATIENCE):
     """Spin until `condition()` holds; fail if it does not in time."""
     end = time.monotonic() + seconds
     while not condition():
