@@ -52,6 +52,6 @@ def module_domain():
 
 @pytest.fixture
 def still_log(monkeypatch):
-    """Let no time pass for the logs of nodes in this process: what is told once is not repeated."""
+    """Let no time pass for the logs of nodes here: what is told once is not told again."""
     monkeypatch.setattr('flag_sim.ros.node_log.time', types.SimpleNamespace(
         monotonic=lambda: 1000.0))

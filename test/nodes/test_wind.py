@@ -176,13 +176,14 @@ def test_frames_of_real_time_have_their_stamps_on_every_topic(domain):
     with Bench(domain, 'rate:=50.0', 'frames:=40', 'publish_clock:=true', 'wait_for:=[]') as bench:
         winds, clocks = [], []
         bench.node._wind_out.get_subscription_count = lambda: 1
-        bench.node._wind_out.publish = lambda one: winds.append(messages.to_stamp(one.header.stamp))
-        bench.node._clock_out.publish = lambda one: clocks.append(messages.to_stamp(one.clock))
+        bench.node._wind_out.publish = lambda wind: winds.append(wind.header.stamp)
+        bench.node._clock_out.publish = lambda message: clocks.append(message.clock)
         for frame in [*range(20), *range(25, 45)]:
             bench.node._send_due(1000.0 + frame / 50.0)
         assert [frame.index for frame, _ in bench.frames] == [*range(20), *range(25, 40)]
-        assert winds == clocks == [frame.stamp for frame, _ in bench.frames] == [
-            20_000_000 * frame.index for frame, _ in bench.frames]
+        stamps = [frame.stamp for frame, _ in bench.frames]
+        assert stamps == [20_000_000 * frame.index for frame, _ in bench.frames]
+        assert [*map(messages.to_stamp, winds)] == [*map(messages.to_stamp, clocks)] == stamps
         assert bench.node._missed.missed == 5
 
 

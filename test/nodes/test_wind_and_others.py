@@ -127,7 +127,7 @@ def test_single_steps(tmp_path, domain):
 
 
 def test_real_time_keeps_to_the_clock(tmp_path, domain):
-    """No frame comes early, stamps are n / rate on every topic, and the shot ends with status 0."""
+    """No frame is early, stamps are n / rate on every topic, and the shot ends with status 0."""
     frames, rate = 100, 50.0
     with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
         wind, clock = watcher.listen('wind'), watcher.listen('/clock')
