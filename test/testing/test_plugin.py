@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """What the fixtures for others' tests hand over, and what is said where a frame is not golden."""
+import importlib
 from pathlib import Path
 
 from flag_sim.testing import Golden
@@ -103,7 +104,8 @@ def test_a_folder_that_cannot_be_written_says_what_differs(tmp_path, monkeypatch
 
 
 def test_what_cannot_be_filmed_says_why(tmp_path, monkeypatch):
-    monkeypatch.setattr('flag_sim.testing.film.Graph', forked.Graph)
+    # By its full name, as the package has a fixture that is called as the module.
+    monkeypatch.setattr(importlib.import_module('flag_sim.testing.film'), 'Graph', forked.Graph)
     for given, said in (
             ({'frames': 0}, 'frames must be'), ({'topics': 'vertices'}, 'topics must be'),
             ({'topics': []}, 'topics must be'),
