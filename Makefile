@@ -54,6 +54,7 @@ soak:
 	test/nodes/test_fuzz.py test/nodes/test_faults.py test/nodes/test_graph.py \
 	test/nodes/test_physics_parameters.py test/ros/test_waiting.py \
 	test/drawing/test_again.py test/jit/test_processors.py test/dataset/test_engine.py \
+	test/protocol/test_a_take_ends.py \
 	test/package/test_benchmarks.py test/tools/test_demo.py \
 	test/nodes/test_soak.py
 

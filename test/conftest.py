@@ -14,13 +14,20 @@
 
 """Fixtures that several test modules share."""
 import os
+import types
 
 from flag_sim.tools.domains import claimed_domain
+from hypothesis import HealthCheck, settings
 import pytest
 from support.compiled import compile_kernels
+from support.soak import SOAK
 
 os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
 os.environ['QT_QPA_PLATFORM'] = 'offscreen'  # windows are drawn, and seen by nobody
+# No test fails because a machine is slow, nor by examples that the last run did not try.
+settings.register_profile('flag_sim', deadline=None, derandomize=not SOAK, database=None,
+                          suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile('flag_sim')
 
 
 def pytest_configure(config):
@@ -41,3 +48,10 @@ def module_domain():
     """Return a domain for all tests of a module."""
     with claimed_domain() as number:
         yield number
+
+
+@pytest.fixture
+def still_log(monkeypatch):
+    """Let no time pass for the logs of nodes here: what is told once is not told again."""
+    monkeypatch.setattr('flag_sim.ros.node_log.time', types.SimpleNamespace(
+        monotonic=lambda: 1000.0))

@@ -35,12 +35,19 @@ LONG = text({'frames: 4': f'frames: {200 if SOAK else 50}'})
 
 
 @pytest.fixture(scope='module')
-def client():
+def shared():
     """Return a client of two workers; in short, a task whose worker died comes back at once."""
     import dask
     with dask.config.set({'distributed.scheduler.allowed-failures': DASKS}):
         with engine.cluster(None, workers=2) as client:
             yield client
+
+
+@pytest.fixture
+def client(shared):
+    """Return that client once both workers are there, those too that replace killed ones."""
+    shared.wait_for_workers(2)
+    return shared
 
 
 @pytest.fixture

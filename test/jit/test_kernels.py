@@ -71,8 +71,10 @@ def kept_copy(tmp_path):
     Return a folder with a copy of the package and of the machine code that is kept beside it.
 
     Most of that code other tests have compiled; to compile it all anew takes more than a minute.
+    Files that others are just writing have names that they lose meanwhile.
     """
-    shutil.copytree(PACKAGE, tmp_path / 'kept' / 'flag_sim')
+    shutil.copytree(PACKAGE, tmp_path / 'kept' / 'flag_sim',
+                    ignore=shutil.ignore_patterns('*.tmp.*', '*.pyc.*'))
     return tmp_path / 'kept'
 
 

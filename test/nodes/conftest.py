@@ -19,7 +19,7 @@ from support.bench import Bench
 
 
 @pytest.fixture
-def bench(domain):
+def bench(domain, still_log):
     """Return a physics node at its defaults."""
     with rclpy.init(domain_id=domain):
         bench = Bench()

@@ -26,7 +26,7 @@ import pytest
 from rclpy.qos import qos_profile_sensor_data
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Image
-from std_msgs.msg import Empty
+from std_msgs.msg import Empty, Header
 from support.flags import wave
 from support.forked import Graph
 from support.shot import messages_of, SHOT, SMALL, stamp_of
@@ -78,14 +78,22 @@ class Shot:
 @pytest.mark.parametrize('name', ['recorder'] + ['wind', 'physics', 'renderer'] * SOAK)
 def test_a_node_that_is_killed_in_lockstep_and_started_again_holds_up_nobody(
         tmp_path, domain, name):
-    """All frames of the newest take are in the bag; a new recorder says what it lacks."""
+    """
+    All frames of the newest take are in the bag; a new recorder says what it lacks.
+
+    The watcher is waited for too: no shot is over while it looks away.
+    """
     with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
-        done = watcher.listen('frame_done')
-        shot = Shot(graph, tmp_path, watcher)
-        eventually(lambda: len(done) > 20, watcher)
+        done, answer = watcher.listen('frame_done'), watcher.publisher('frame_done')
+        subscribe(watcher.node, 'parameters', lambda message: answer.publish(
+            Header(stamp=message.stamp, frame_id='watcher')))
+        shot = Shot(graph, tmp_path, watcher, '-p', 'wait_for:=[renderer, recorder, watcher]',
+                    others=1)
+        eventually(lambda: sum(one.frame_id == 'recorder' for one in done) > 10, watcher)
         shot.kill(name)
         shot.start(name, 1)
-        assert graph.wait('wind', 90.0) == 0, graph.log('wind')
+        eventually(lambda: graph.processes['wind'].poll() is not None, watcher)
+        assert graph.processes['wind'].poll() == 0, graph.log('wind')
         if name == 'recorder':
             eventually(lambda: ENDED in graph.log('recorder'), watcher)
             assert graph.end('recorder') == 0
@@ -127,8 +135,9 @@ def test_strangers_steps_and_resets_in_mid_shot_leave_a_whole_take(tmp_path, dom
             vertices.publish(messages.cloud_message(second * 10**9, wave(5, 7), wave(5, 7)))
         for _ in range(30):
             step.publish(Empty())
+        # Some of them are lost, as a queue has room for 8, and so may be what is heard of them.
         heard = len(done)
-        eventually(lambda: len(done) >= heard + 10, watcher)
+        eventually(lambda: step.publish(Empty()) or len(done) >= heard + 10, watcher)
         assert watcher.put(wind, 'paused', False).successful
         for _ in range(5):
             reset.publish(Empty())
@@ -136,7 +145,6 @@ def test_strangers_steps_and_resets_in_mid_shot_leave_a_whole_take(tmp_path, dom
         assert graph.wait('wind', 90.0) == 0, graph.log('wind')
         assert graph.wait('recorder', 90.0) == 0, graph.log('recorder')
         assert shot.stamps()[-FRAMES:] == WHOLE
-        assert 'has not sent them' not in graph.log('renderer')
 
 
 def test_consumers_that_are_slow_hung_weak_or_many_hold_up_nobody(tmp_path, domain):
@@ -144,29 +152,30 @@ def test_consumers_that_are_slow_hung_weak_or_many_hold_up_nobody(tmp_path, doma
     with contextlib.ExitStack() as stack:
         graph = stack.enter_context(Graph(tmp_path / 'log', domain))
         watcher, hung, weak = (stack.enter_context(Watcher(domain)) for _ in range(3))
-        hung.listen('camera/image_raw')  # and is never spun
+        hung.listen('camera/image_raw')  # and is not spun once frames come
         weak_heard, slow_heard = [], []
         weak.node.create_subscription(Image, 'camera/image_raw', weak_heard.append,
                                       qos_profile_sensor_data)
         subscribe(watcher.node, 'camera/image_raw',
                   lambda message: time.sleep(0.1) or slow_heard.append(message))
         many = [watcher.listen('camera/image_raw') for _ in range(20)]
-        shot = Shot(graph, tmp_path, watcher, '-p', 'paused:=true', frames=60)
-        step, wind = watcher.publisher('step'), watcher.parameters_of('wind')
-        # Frame by frame until all hear it: the whole shot may be over before they are discovered.
-        for _ in range(50):
+        shot = Shot(graph, tmp_path, watcher, '-p', 'paused:=true', frames=30)
+        step = watcher.publisher('step')
+        for one in watcher, hung, weak:  # whom the renderer knows then
+            one.parameters_of('renderer')
+        wind = watcher.parameters_of('wind', step)
+        # Frame by frame, as what is not sent reliably may be lost.
+        while not weak_heard:
             step.publish(Empty())
-            end = time.monotonic() + 0.3
-            while time.monotonic() < end:
-                weak.spin(0.0)
-                watcher.spin(0.01)
-            if weak_heard and slow_heard and all(many):
-                break
-        assert weak_heard and slow_heard and all(many)
-        watcher.put(wind, 'paused', False)
+            many_heard = [len(one) + 1 for one in many]
+            eventually(lambda: weak.spin(0.0) or all(
+                len(one) >= count for one, count in zip(many, many_heard)), watcher)
+            weak.spin()
+        eventually(lambda: slow_heard, watcher)
+        assert watcher.put(wind, 'paused', False).successful
         assert graph.wait('wind', 90.0) == 0, graph.log('wind')
         assert graph.wait('recorder', 90.0) == 0, graph.log('recorder')
-        assert shot.stamps() == WHOLE[:60]
+        assert shot.stamps() == WHOLE[:30]
 
 
 def test_storms_of_parameters_and_clocks_that_jump_leave_a_whole_take(tmp_path, domain):
@@ -177,25 +186,27 @@ def test_storms_of_parameters_and_clocks_that_jump_leave_a_whole_take(tmp_path, 
         clock = watcher.publisher('/clock')
         # The take begins in the midst of the storm: else it may be over before that.
         shot = Shot(graph, tmp_path, watcher, *by_clock, '-p', 'paused:=true', given=by_clock,
-                    frames=60)
+                    frames=30)
         clients = {name: watcher.parameters_of(name) for name in sets}
-        asked, number = {}, 0
-        begun = None
-        for second in itertools.cycle((1000, 5, 10**9, 0)):
-            if graph.processes['wind'].poll() is not None:
-                break
-            clock.publish(Clock(clock=Time(sec=second)))
+        asked, begun, numbers = {}, [], itertools.count()
+        seconds = itertools.cycle((1000, 5, 10**9, 0))
+
+        def is_over():
+            """Go on with the storm; return whether the shot has ended in it."""
+            clock.publish(Clock(clock=Time(sec=next(seconds))))
             for name, client in clients.items():
                 if name not in asked or asked[name].done():
-                    number += name in asked
+                    number = next(numbers)
                     asked[name] = client.set_parameters([
                         to_parameter(sets[name], (number + one) % 3 + 1.0) for one in range(50)])
-            if number > 10 and begun is None:
-                begun = clients['wind'].set_parameters([to_parameter('paused', False)])
-            watcher.spin(0.01)
+                    if number > 13 and not begun:
+                        begun.append(clients['wind'].set_parameters([
+                            to_parameter('paused', False)]))
+            return graph.processes['wind'].poll() is not None
+        eventually(is_over, watcher)
         assert graph.processes['wind'].poll() == 0, graph.log('wind')
         assert graph.wait('recorder', 90.0) == 0, graph.log('recorder')
-        assert shot.stamps() == WHOLE[:60]
+        assert shot.stamps() == WHOLE[:30]
         assert all(done.successful for one in asked.values() if one.done()
                    for done in one.result().results)
 
@@ -204,17 +215,17 @@ def test_two_of_every_node_but_the_wind_leave_a_whole_take(tmp_path, domain):
     """What is alike is taken from either; a second recorder is waited for by a name of its own."""
     with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
         for name, *given in (('physics',), ('renderer', *SMALL), (
-                'recorder', '-p', f'path:={tmp_path / "second"}', '-p', 'frames:=60',
+                'recorder', '-p', f'path:={tmp_path / "second"}', '-p', 'frames:=30',
                 '-r', '__node:=witness')):
             graph.start(name, *given, name=f'second {name}')
         eventually(lambda: watcher.node.count_publishers('frame_done') == 2, watcher)
         shot = Shot(graph, tmp_path, watcher, '-p', 'wait_for:=[renderer, recorder, witness]',
-                    frames=60, others=2)
+                    frames=30, others=2)
         assert graph.wait('wind', 90.0) == 0, graph.log('wind')
         for name in 'recorder', 'second recorder':
             assert graph.wait(name, 90.0) == 0, graph.log(name)
         for bag in 'bag0', 'second':
-            assert shot.stamps(bag) == WHOLE[:60]
+            assert shot.stamps(bag) == WHOLE[:30]
 
 
 @pytest.mark.skipif(not SOAK, reason='takes long: make soak')

@@ -94,7 +94,7 @@ EVENTS = st.lists(st.one_of(GROUPS, FRAMES, FRAMES), min_size=8, max_size=20)
 
 
 def stand_together(node, values):
-    """Return whether values, each right, make a flag together (rules: test_physics_node)."""
+    """Return whether values, each right, make a flag together (rules: test_physics_refusals)."""
     try:
         node.check(values)
     except ValueError:

@@ -58,7 +58,7 @@ def test_a_second_take_in_a_bag_is_told_once(tmp_path, domain):
         graph.start('renderer', *SMALL)
         graph.start('recorder', '-p', f'path:={tmp_path / "bag"}')
         graph.start('wind', *SHOT, '-p', 'wait_for:=[renderer, recorder]')
-        watcher.parameters_of('wind')  # now it hears each reset
+        watcher.parameters_of('wind', reset)  # now it hears each reset
         for takes in (0, 1, 2):
             del done[:]  # some of the take before may still come
             eventually(lambda: len(done) > 20 and graph.log('recorder').count(

@@ -32,8 +32,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from sensor_msgs.msg import PointField
 from support.flags import wave
-
-PATIENCE = 20.0  # for a frame to come [s]
+from support.watch import PATIENCE
 
 
 class Stand:

@@ -133,6 +133,7 @@ def test_who_reaches_the_node_can_name_a_params_file_in_its_folder_alone(
         node.destroy_node()
 
 
+@pytest.mark.usefixtures('still_log')
 def test_what_was_put_in_the_place_of_the_file_stays(tmp_path, domain, capfd):
     """The node says so once, however many changes follow, and goes on."""
     path = tmp_path / 'shot.yaml'

@@ -22,7 +22,6 @@ from flag_sim.declarations.nodes import NODES
 from flag_sim.parameters.config import config_path
 from flag_sim.ros.bag import Bag
 from flag_sim.ros.topics import TOPICS
-from flag_sim.tools import graph as tools
 import pytest
 from rclpy.serialization import serialize_message
 from support.forked import Graph
@@ -60,7 +59,7 @@ def ends(watcher, node):
 
 @pytest.fixture
 def all_nodes(tmp_path, domain):
-    """Start all nodes, as users do, with all that they can publish and subscribe to."""
+    """Start all nodes, with all that they can publish and subscribe to."""
     bag = Bag(tmp_path / 'played', 'mcap', 'none')
     for name in RECORDABLE:
         bag.add_topic(f'/{name}', TOPICS[name].message)
@@ -71,7 +70,7 @@ def all_nodes(tmp_path, domain):
            'recorder': ('-p', f'path:={tmp_path / "bag"}', '-p', every),
            'player': ('-p', f'path:={tmp_path / "played"}', '-p', every,
                       '-p', 'pace:=lockstep')}
-    with tools.Graph(tmp_path / 'logs', domain) as graph:
+    with Graph(tmp_path / 'logs', domain) as graph:
         for node in NODES:
             graph.start(node, *own.get(node, ()))
         yield graph

@@ -30,6 +30,7 @@ from support.frames import parameters_message
 from support.nodes import hear, made
 
 SENDERS = [{'publisher_gid': {'data': [number] * 16}} for number in range(2)]
+pytestmark = pytest.mark.usefixtures('still_log')
 
 
 def lines_of(capfd):
@@ -84,6 +85,22 @@ def test_a_bounded_number_of_answers_is_kept(bench):
     assert len(bench.clouds) == 80
     assert len(bench.node._server) == FrameOrder.LONGEST_QUEUE
     assert len(bench.node._server.inputs) == 0
+
+
+def test_clouds_of_the_future_hold_up_no_frame(domain, tmp_path):
+    """More of them than the renderer keeps: each frame is drawn once its own cloud has come."""
+    with made('renderer', domain, tmp_path, 'width:=32', 'height:=24') as node:
+        served, flat = [], np.zeros((2, 2, 3))
+        node.answer = lambda stamp, drawing: served.append(stamp)
+        node.count_publishers = lambda topic: 1  # a wind is there
+        for second in range(1000, 1008):
+            hear(node, 'vertices', messages.cloud_message(second * 10**9, flat, flat), SENDERS[1])
+        for index in range(20):
+            stamp = index * 10**7
+            hear(node, 'parameters', parameters_message(
+                '/wind', FrameId(stamp, 1, index, max(index - 2, 0)), np.zeros(3), {}), SENDERS[0])
+            hear(node, 'vertices', messages.cloud_message(stamp, flat, flat), SENDERS[0])
+            assert served == [n * 10**7 for n in range(index + 1)]
 
 
 def test_stamps_that_no_answer_can_have_are_refused(bench, capfd):

@@ -171,6 +171,22 @@ def test_invalid_stamps_are_refused(domain, given, reason):
     assert reason in str(refusal.value)
 
 
+def test_frames_of_real_time_have_their_stamps_on_every_topic(domain):
+    """All of them where the wind is in time, but for those that were due while it was not."""
+    with Bench(domain, 'rate:=50.0', 'frames:=40', 'publish_clock:=true', 'wait_for:=[]') as bench:
+        winds, clocks = [], []
+        bench.node._wind_out.get_subscription_count = lambda: 1
+        bench.node._wind_out.publish = lambda wind: winds.append(wind.header.stamp)
+        bench.node._clock_out.publish = lambda message: clocks.append(message.clock)
+        for frame in [*range(20), *range(25, 45)]:
+            bench.node._send_due(1000.0 + frame / 50.0)
+        assert [frame.index for frame, _ in bench.frames] == [*range(20), *range(25, 40)]
+        stamps = [frame.stamp for frame, _ in bench.frames]
+        assert stamps == [20_000_000 * frame.index for frame, _ in bench.frames]
+        assert [*map(messages.to_stamp, winds)] == [*map(messages.to_stamp, clocks)] == stamps
+        assert bench.node._missed.missed == 5
+
+
 def test_frames_of_real_time_are_not_sent_again_by_lockstep(domain):
     """Their receivers were told that no node waits for them: they would begin another round."""
     with Bench(domain, 'resend_after:=0.05') as bench:

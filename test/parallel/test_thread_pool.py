@@ -92,8 +92,13 @@ def test_an_error_in_a_thread_is_not_lost():
             raise ValueError('of the second band')
     with pytest.raises(ValueError, match='second'):
         ThreadPool(2).run_bands(work)
+    begun = threading.Event()
+
+    def share(number):  # one that is late would not be waited for
+        begun.set() if number else begun.wait(60.0)
+        work(number, 2)
     with pytest.raises(ValueError, match='second'):
-        ThreadPool(2).parallel_for(lambda number: time.sleep(0.05) or work(number, 2))
+        ThreadPool(2).parallel_for(share)
 
 
 def test_threads_that_wait_are_released_when_one_cannot_come():

@@ -19,6 +19,7 @@ from flag_sim.protocol.frames import FrameId
 from hypothesis import settings, strategies as st
 from hypothesis.stateful import initialize, rule, RuleBasedStateMachine
 import pytest
+from support.soak import SOAK
 from support.take_models import FRAMES, NAMES, RESEND_AFTER, Stage, TICK
 
 EVIL = st.floats(0.0, 0.6)
@@ -113,7 +114,7 @@ class Trouble(RuleBasedStateMachine):
             assert recording.has_all_frames or recording.outstanding or not recording.complete
 
 
-Trouble.TestCase.settings = settings(max_examples=60, stateful_step_count=15, deadline=None)
+Trouble.TestCase.settings = settings(max_examples=1000 if SOAK else 60, stateful_step_count=15)
 TestTrouble = Trouble.TestCase
 
 

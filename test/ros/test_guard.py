@@ -144,6 +144,7 @@ class Failing:
         self.sent.append(message)
 
 
+@pytest.mark.usefixtures('still_log')
 def test_a_publish_that_fails_is_told_once_and_raises_nothing(domain, capfd):
     """Whoever publishes learns whether the message has left."""
     with rclpy.init(domain_id=domain):

@@ -16,9 +16,11 @@
 from flag_sim.protocol.throttled_log import Entry
 from flag_sim.ros import node_log
 from flag_sim.ros.node_log import NodeLog
+import pytest
 from support.watch import eventually, Watcher
 
 
+@pytest.mark.usefixtures('still_log')
 def test_each_level_is_written_and_repetitions_are_not(domain, capfd):
     """One object writes all levels, which rclpy lets no line of code do."""
     with Watcher(domain) as watcher:

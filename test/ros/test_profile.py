@@ -24,6 +24,7 @@ import sys
 import xml.etree.ElementTree as ElementTree
 
 from flag_sim.parameters.config import config_path
+from flag_sim.ros import dds_profile
 from flag_sim.ros.dds_profile import is_shm_shared, remove_dead_segments, set_dds_profile
 from flag_sim.ros.dead_ports import bury_dead_ports, SHM
 import pytest
@@ -194,14 +195,20 @@ def test_a_killed_node_leaves_nothing_for_long(domain):
     assert not any(os.path.exists(name) for name in left)
 
 
-def test_memory_is_shared_unless_somebody_says_otherwise(tmp_path):
+def test_memory_is_shared_unless_somebody_says_otherwise(tmp_path, monkeypatch):
     """A claim on another folder, or on the same one, as from another container."""
+    # By names of its own: nodes that others start meanwhile would find no shared memory.
+    monkeypatch.setattr(dds_profile, 'CLAIM', f'@flag_sim/test-{os.getpid()}/')
+    monkeypatch.setattr(dds_profile, '_claims', claims := [])
     assert is_shm_shared()
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as other:
-        other.bind('\0flag_sim/shm/1:1/1')
+        other.bind(f'\0{dds_profile.CLAIM[1:]}1:1/1')
         assert not is_shm_shared()
     assert is_shm_shared()
     assert not is_shm_shared(tmp_path / 'missing')
+    (claim,) = claims
+    assert claim.getsockname().startswith(f'\0{dds_profile.CLAIM[1:]}'.encode())
+    claim.close()
 
 
 LISTENING = """

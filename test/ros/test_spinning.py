@@ -31,6 +31,7 @@ from rclpy.task import Future
 from std_msgs.msg import Header
 
 FALLBACK = 'callbacks are run by the SingleThreadedExecutor'
+pytestmark = pytest.mark.usefixtures('still_log')
 
 
 @pytest.fixture(params=['events', 'single'])

@@ -43,8 +43,11 @@ def test_what_is_compiled_is_named_when_it_takes_long(domain, capfd, monkeypatch
         for doing, done in (('compiling', 'compiled'), ('loading', 'loaded')):
             with compiling(watcher.node, 'the sails', seconds=0.1):
                 kernel(normals._normalise.py_func)(np.zeros((2, 2, 3)))
-                time.sleep(0.3)
-            said = capfd.readouterr().err
+                said, end = capfd.readouterr().err, time.monotonic() + 60.0
+                while f'{doing} the sails' not in said and time.monotonic() < end:
+                    time.sleep(0.01)
+                    said += capfd.readouterr().err
+            said += capfd.readouterr().err
             assert f'{doing} the sails: frames wait for it' in said
             assert re.search(rf'{done} the sails in \d+\.\d s', said)
             assert ('compil' in said) == (doing == 'compiling')
@@ -65,25 +68,23 @@ def test_from_the_wind_on_each_log_names_the_next_node(tmp_path, domain, pace):
         physics = graph.start('physics')
         eventually(lambda: len(done) > 20, watcher)
         eventually(lambda: 'frames are served again' in graph.log('renderer'), watcher)
+        complaint = r'the frame at (\S+) s is not done: waiting for renderer \(its'
+        blame, relief = 'physics has not sent them, its log says why', 'frames are served again'
         # Told before too, if physics was there for long before it sent any.
-        blame = 'physics has not sent them, its log says why'
-        told = graph.log('renderer').count(blame)
+        told, ended = map(graph.log('renderer').count, (blame, relief))
+        before = {*re.findall(complaint, graph.log('wind'))}
         physics.send_signal(signal.SIGSTOP)
         try:
             eventually(lambda: graph.log('renderer').count(blame) > told, watcher)
             eventually(lambda: 'renderer (its log says why)' in graph.log('wind'), watcher)
-            stood = graph.log('wind')
+            stood = {*re.findall(complaint, graph.log('wind'))}
         finally:
             physics.send_signal(signal.SIGCONT)
         heard = len(done)
         eventually(lambda: len(done) > heard + 20, watcher)
-        eventually(lambda: graph.log('renderer').count('frames are served again') == 2, watcher)
+        eventually(lambda: graph.log('renderer').count(relief) > ended, watcher)
         # One thing stood still: one frame is complained of, and not the other two of the window.
-        # (A process that goes on may have lost a message: then one more, when it was missed.)
-        complaint = r'the frame at (\S+) s is not done: waiting for renderer \(its'
-        complained = [set(re.findall(complaint, log)) for log in (stood, graph.log('wind'))]
-        assert len(complained[0]) <= 2  # before physics was there, and while it stood
-        assert len(complained[1]) <= 3
+        assert len(stood - before) <= 1
         assert 'no such node' not in graph.log('wind').partition('is done')[2]
 
 
@@ -112,8 +113,8 @@ def test_vertices_that_are_not_drawn_say_why(tmp_path, domain):
         def send():
             out.publish(messages.cloud_message(next(stamps), wave(5, 7), wave(5, 7)))
         graph.start('wind', '-p', 'paused:=true')
+        graph.wait_ready('wind')  # vertices that come before the renderer has found it are drawn
         graph.start('renderer', *SMALL)
-        # By then it has found the wind; vertices that come before are drawn.
         eventually(lambda: 'waiting for' in graph.log('renderer'), watcher)
         eventually(lambda: send() or 'wind publishes parameters, but not of this frame; end it'
                    in graph.log('renderer'), watcher)

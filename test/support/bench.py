@@ -13,9 +13,11 @@
 # limitations under the License.
 
 """A physics node in this process, fed with messages as the network would feed it."""
+from flag_sim.cloth import Cloth
 from flag_sim.nodes.physics import Physics
 from flag_sim.protocol.frames import FrameId
 from flag_sim.ros import messages
+import numpy as np
 import rclpy
 from rclpy.parameter import Parameter
 from rclpy.serialization import deserialize_message
@@ -24,6 +26,8 @@ from support.frames import parameters_message
 from support.nodes import hear
 
 WIND = (6.0, 2.0, 0.5)
+FRAME = 1.0 / 30.0  # [s]
+COUNT = 12  # frames that are played where no other number matters
 
 
 class Bench:
@@ -73,3 +77,23 @@ class Bench:
     def close(self):
         """End the node."""
         self.node.destroy_node()
+
+
+def advance(cloth, n):
+    """Move a cloth of the library to frame n; stamps are whole nanoseconds."""
+    cloth.advance((round(n * FRAME * 1e9) - round((n - 1) * FRAME * 1e9)) * 1e-9, WIND)
+
+
+def library(frames, cloth=None):
+    """Return the positions after so many frames by the library alone, as the node sends them."""
+    cloth = cloth or Cloth()
+    for n in range(1, frames):
+        advance(cloth, n)
+    return cloth.positions.astype(np.float32)
+
+
+def play(bench, frames, start=0):
+    """Play frames of a thirtieth of a second; return the last one's positions."""
+    for n in range(start, start + frames):
+        positions = bench.frame(n * FRAME)
+    return positions

@@ -30,6 +30,17 @@ SMALL_STEPS = {
 SAMPLES = 5
 """Frames that a mode is let ring for."""
 
+WIND = (5.0, 2.0, 0.5)
+"""In which `running` cloths fly [m/s]."""
+
+
+def running(frames=10, **parameters):
+    """Return a small cloth that has been in the wind for some frames."""
+    cloth = Cloth(9, 13, **parameters)
+    for _ in range(frames):
+        cloth.advance(0.02, WIND)
+    return cloth
+
 
 def _symplectic(z):
     """Solve l^2 - (2 - z^2) l + 1 = 0, which is sin(omega' dt / 2) = omega dt / 2."""

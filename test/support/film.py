@@ -43,7 +43,8 @@ class Film:
         self._parameters, self._vertices = map(self.watcher.publisher, ('parameters', 'vertices'))
         self.wait(lambda: self._parameters.get_subscription_count()
                   and self._vertices.get_subscription_count()
-                  and len(self.renderer._listened()) == len(self.heard))
+                  and len(self.renderer._listened()) == len(self.heard)
+                  and self.renderer._frame_done_out.get_subscription_count())
 
     def wait(self, condition):
         """Handle messages until a condition holds."""

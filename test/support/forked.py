@@ -21,6 +21,7 @@ What keeps a state of its own while it is imported, `flag_sim.ros` and what stan
 program imports anew. Tests of how programs start as a user starts them use `flag_sim.tools.graph`.
 """
 import contextlib
+import ctypes
 import functools
 import gc
 import importlib
@@ -56,16 +57,24 @@ class Graph(graph.Graph):
 
     def launch(self, command, log, environment):
         """Return a process, as subprocess.Popen does."""
-        server = _server(os.getpid())
-        if command[0] == sys.executable and server.serves(environment):
-            return server.start(command[1:], log, os.getcwd(), environment)
+        if command[0] == sys.executable and _server(os.getpid()).serves(environment):
+            return start(command[1:], log, os.getcwd(), environment)
         return super().launch(command, log, environment)
+
+
+def start(arguments, log, folder, environment, namespaces=()):
+    """
+    Return a process that runs what `python` with these arguments does in a folder.
+
+    log: open file for its output; namespaces: files under /proc of those that it enters.
+    """
+    return _server(os.getpid()).start(arguments, log, folder, environment, namespaces)
 
 
 def run(arguments, folder):
     """Run what `python` with these arguments does in a folder; return its status and output."""
     with tempfile.TemporaryFile('w+') as log:
-        status = _server(os.getpid()).start(arguments, log, str(folder), os.environ).wait()
+        status = start(arguments, log, str(folder), os.environ).wait()
         log.seek(0)
         return status, log.read()
 
@@ -122,9 +131,9 @@ class Server:
         """Return whether a program with these variables would import the same."""
         return read_at_import(environment) == self._read_at_import
 
-    def start(self, arguments, log, folder, environment):
+    def start(self, arguments, log, folder, environment, namespaces):
         """Run `-m module ...` or `script ...` in a folder, with its output in an open file."""
-        request = json.dumps([arguments, folder, dict(environment)])
+        request = json.dumps([arguments, folder, dict(environment), list(namespaces)])
         socket.send_fds(self._socket, [request.encode()], [log.fileno()])
         return Forked(self._answer(), self._status)
 
@@ -176,9 +185,13 @@ def serve(descriptor):
     become(logs[0], *request)
 
 
-def become(log, arguments, folder, environment):
+def become(log, arguments, folder, environment, namespaces):
     """Run a program in this process, which was forked for it."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
+    for path in namespaces:
+        with open(path) as namespace:
+            if ctypes.CDLL(None, use_errno=True).setns(namespace.fileno(), 0):
+                raise OSError(ctypes.get_errno(), 'setns', path)
     for descriptor in (1, 2):
         os.dup2(log, descriptor)
     os.close(log)

@@ -21,7 +21,7 @@ import shutil
 import subprocess
 import sys
 
-from flag_sim.tools.graph import Graph
+from support import forked
 from support.network import ADDRESSES
 
 PROGRAM = Path(__file__).with_name('network.py')
@@ -30,7 +30,7 @@ USER = [] if os.geteuid() == 0 else ['--user', '--map-root-user']
 
 def why_not() -> str | None:
     """Return why no hosts can be made here, or None."""
-    for tool in ('unshare', 'nsenter', 'mount'):
+    for tool in ('unshare', 'mount'):
         if not shutil.which(tool):
             return f'there is no {tool}'
     with contextlib.suppress(OSError, subprocess.SubprocessError, ValueError):
@@ -52,10 +52,10 @@ class Network:
         self._arguments = [f'--loss={loss}', f'--delay={delay}', *(['--shared'] * shared)]
         self.passed = self.lost = 0
 
-    def enter(self, host: int) -> list[str]:
-        """Return what is to stand before a command that runs on a host."""
-        return ['nsenter', f'--target={self._ids[host]}', '--net', '--mount',
-                *(['--user', '--preserve-credentials'] if USER else [])]
+    def namespaces(self, host: int) -> list[str]:
+        """Return the files of the namespaces that a process on a host is in, the user's first."""
+        return [f'/proc/{self._ids[host]}/ns/{kind}'
+                for kind in (*(['user'] if USER else []), 'net', 'mnt')]
 
     def __enter__(self) -> 'Network':
         """Make the hosts."""
@@ -76,7 +76,7 @@ class Network:
         self.passed, self.lost = json.loads(figures)
 
 
-class HostsGraph(Graph):
+class HostsGraph(forked.Graph):
     """
     A graph across the two hosts of a network.
 
@@ -84,18 +84,21 @@ class HostsGraph(Graph):
     hosts find one another by the addresses that they are given instead of by multicast.
     """
 
-    def __init__(self, logs, network, there=('physics', 'renderer'), peers=False, extra=None):
+    def __init__(self, logs, network, there=('physics', 'renderer'), peers=False):
         super().__init__(logs)
         self._network, self._there, self._peers = network, there, peers
-        self._extra = extra or {}
 
     def prefix(self, name):
-        """Return how to enter the node's host, with what it is told of the other."""
-        host = int(name in self._there)
-        found_by = [f'ROS_AUTOMATIC_DISCOVERY_RANGE={"LOCALHOST" if self._peers else "SUBNET"}']
-        if self._peers:
-            found_by.append(f'ROS_STATIC_PEERS={ADDRESSES[1 - host]}')
-        others = [f'{key}={value}' for key, value in self._extra.items()]
+        """Return the number of the node's host, by which `launch` finds it."""
+        return [str(int(name in self._there))]
+
+    def launch(self, command, log, environment):
+        """Return a process on the node's host, which is told how to find the other one."""
+        host, _, *arguments = command
+        environment = {
+            **environment, 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST' if self._peers else 'SUBNET',
+            **({'ROS_STATIC_PEERS': ADDRESSES[1 - int(host)]} if self._peers else {})}
         # A watcher of an earlier test has chosen a profile for its process: here nodes choose.
-        chosen = '--unset=FASTDDS_DEFAULT_PROFILES_FILE'
-        return [*self._network.enter(host), 'env', chosen, *found_by, *others]
+        environment.pop('FASTDDS_DEFAULT_PROFILES_FILE', None)
+        return forked.start(arguments, log, os.getcwd(), environment,
+                            self._network.namespaces(int(host)))

@@ -19,7 +19,7 @@ A network between two hosts that are namespaces of this one, in a program of its
 
 Each host has a /dev/shm, a loopback and an interface of its own; --shared gives both the same
 network, as that of two containers. The program prints the process ids by which to enter
-them (nsenter), passes frames on until its standard input ends, and prints how many and how many
+them (setns), passes frames on until its standard input ends, and prints how many and how many
 it has lost. Both lines are JSON.
 """
 import argparse

@@ -19,6 +19,7 @@ import time
 from flag_sim.ros.dds_profile import set_dds_profile
 from flag_sim.ros.parameter_node import to_parameter
 from flag_sim.ros.topics import publish, subscribe
+from rcl_interfaces.srv import DescribeParameters
 import rclpy
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
@@ -26,7 +27,8 @@ from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
 
-ASKED, ASK_AGAIN = 4, 10.0  # times that something is asked for, and seconds between
+PATIENCE = 90.0  # after which what did not come is thought never to come [s]
+ASK_AGAIN = 10.0  # after which what was not answered is asked for again [s]
 
 
 class InVain(AssertionError):
@@ -73,16 +75,20 @@ class Watcher:
         subscribe(self.node, topic, heard.append)
         return heard
 
-    def parameters_of(self, node):
+    def parameters_of(self, node, *voices):
         """
         Return a client of a node's parameters, once the node has answered it.
 
         The node then knows all that this watcher had made before, as DDS tells it of that in the
-        same order: it hears what is published once, and what it publishes once is heard.
+        same order: what the node publishes once is heard, and the node hears what is published
+        once by each of `voices`, on topics to which nobody else subscribes.
         """
         client = AsyncParameterClient(self.node, node)
-        eventually(client.services_are_ready, self)
-        self._read(lambda: client.describe_parameters(['use_sim_time']))
+        # Made after all of that client's own, none of which is asked for an answer here.
+        last = self.node.create_client(DescribeParameters, f'{node}/describe_parameters')
+        eventually(lambda: client.services_are_ready() and last.service_is_ready(), self)
+        self._read(lambda: last.call_async(DescribeParameters.Request(names=['use_sim_time'])))
+        eventually(lambda: all(voice.get_subscription_count() for voice in voices), self)
         return client
 
     def _result(self, future):
@@ -96,12 +102,12 @@ class Watcher:
         A server that has not yet found the client's end of the service answers to nobody; reading
         twice does no harm.
         """
-        for _ in range(ASKED):
+        for _ in range(round(PATIENCE / ASK_AGAIN)):
             future = ask()
             with contextlib.suppress(InVain):
                 eventually(future.done, self, ASK_AGAIN)
                 return future.result()
-        raise InVain(f'asked {ASKED} times')
+        raise InVain('asked in vain')
 
     def get(self, client, name):
         """Return the value of a parameter."""
@@ -138,7 +144,7 @@ class Watcher:
         rclpy.shutdown(context=self._context)
 
 
-def eventually(condition, watcher, seconds=90.0):
+def eventually(condition, watcher, seconds=PATIENCE):
     """Spin until `condition()` holds; fail if it does not in time."""
     end = time.monotonic() + seconds
     while not condition():

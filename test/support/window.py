@@ -24,6 +24,7 @@ from flag_sim.nodes.wind import Wind
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
+from support.watch import PATIENCE
 
 SMALL = ('grid.rows:=5', 'grid.columns:=6', 'width:=64', 'height:=48', 'threads:=1')
 KINDS = {'wind': Wind, 'physics': Physics, 'renderer': Renderer}
@@ -69,7 +70,7 @@ class Desk:
         node.close()
         node.destroy_node()
 
-    def until(self, condition, seconds=20.0):
+    def until(self, condition, seconds=PATIENCE):
         """Let everything happen until `condition()` holds; fail if it does not in time."""
         end = time.monotonic() + seconds
         while not condition():
