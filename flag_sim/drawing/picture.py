@@ -59,8 +59,7 @@ class Picture:
     >>> frame.colour, frame.depth
     """
 
-    __slots__ = ('_threads', '_pool', '_scene', '_framebuffer', '_colours', '_buffers', '_shaded',
-                 '_sun')
+    __slots__ = ('_threads', '_pool', '_scene', '_framebuffer', '_colours', '_buffers', '_shaded')
 
     def __init__(self, threads: int = THREADS.default):
         """Begin without buffers: the first frame's camera says how large they are."""
@@ -68,7 +67,7 @@ class Picture:
         self._pool = ThreadPool(self._threads)
         self._scene = self._framebuffer = self._colours = None
         self._buffers = {}
-        self._shaded, self._sun = ShadedScene(self._draw_for_sun), None
+        self._shaded = ShadedScene(self._run)
 
     def __reduce__(self):
         """Let a copy, also one of a file, begin without buffers: it draws the same."""
@@ -115,7 +114,7 @@ class Picture:
             self._shaded.begin(objects, self._scene, light, style)
             colours = self._project_and_shade(objects, geometry, camera, light, style)
             order = self._cull(geometry, camera, style)
-            surfaces = self._shaded.surfaces(self._scene, camera, light, style)
+            surfaces = self._shaded.surfaces(self._scene, colours, camera, light, style)
             if surfaces is not None:
                 self._by_triangles(lambda *some: set_surfaces(
                     geometry, surfaces, *self._shaded.fields, *some))
@@ -207,12 +206,6 @@ class Picture:
                        images, rare)
 
         self._pool.parallel_for(work)
-
-    def _draw_for_sun(self, objects, camera):
-        """Return the depth of objects as the sun's camera sees them."""
-        if self._sun is None:
-            self._sun = Picture(self._threads)
-        return self._sun.draw_scene(objects, camera, channels=['depth']).depth
 
     def _by_triangles(self, set_some):
         """Call set_some(first, end) for all triangles, in all threads if they are many."""

@@ -15,8 +15,8 @@
 """Scene buffers: the objects of a scene joined in arrays that are kept from frame to frame."""
 from typing import NamedTuple
 
-from flag_sim.drawing.culling import CHUNK, DrawOrder
-from flag_sim.drawing.geometry import Geometry, new_vertices, Vertices
+from flag_sim.drawing.culling import new_order
+from flag_sim.drawing.geometry import Geometry, new_vertices, part_of, Vertices
 from flag_sim.drawing.mesh import vertex_normals
 from flag_sim.parameters import checks
 
@@ -73,13 +73,11 @@ class SceneBuffers:
                         for first in range(vertices.start, vertices.stop, VERTEX_CHUNK)]
                        for k, (vertices, _) in enumerate(self.slices)]
         self.sizes = np.empty(count, np.uint8)
-        chunks = -(-count // CHUNK)
-        self.order = DrawOrder(np.arange(count, dtype=np.int32), np.empty((2, count), np.int16),
-                               np.empty((4, chunks), np.int32))
+        self.order = new_order(np.arange(count, dtype=np.int32))
 
     def _chunk(self, index, vertices):
         return VertexChunk(index, vertices, self.positions[vertices], self.normals[vertices],
-                           Vertices(*(array[vertices] for array in self.projected)))
+                           part_of(self.projected, vertices))
 
     def fits(self, objects) -> bool:
         """Whether objects have the triangles that were joined."""
