@@ -173,10 +173,10 @@ def _draw_pixels(triangle_row, blocks, batch, ceiling_and_face, target, is_plain
     ab = along(integers[EDGE + AB + k], y, integers[EDGE_DV + AB + k])
     ca = along(integers[EDGE + CA + k], y, integers[EDGE_DV + CA + k])
     bc = along(integers[EDGE + BC + k], y, integers[EDGE_DV + BC + k])
-    s, ds = value_in_row(planes, k, np.uint64(0), y)
-    red, dr = value_in_row(planes, k, np.uint64(1), y)
-    green, dg = value_in_row(planes, k, np.uint64(2), y)
-    blue, db = value_in_row(planes, k, np.uint64(3), y)
+    s, ds = _value(planes, k, np.uint64(0), y)
+    red, dr = _value(planes, k, np.uint64(1), y)
+    green, dg = _value(planes, k, np.uint64(2), y)
+    blue, db = _value(planes, k, np.uint64(3), y)
     s_least, s_most = bounds(batch, k, np.uint64(0))
     r_least, r_most = bounds(batch, k, np.uint64(1))
     g_least, g_most = bounds(batch, k, np.uint64(2))
@@ -211,7 +211,7 @@ def _draw_pixels(triangle_row, blocks, batch, ceiling_and_face, target, is_plain
 
 
 @late_inner_kernel
-def value_in_row(planes, k, q, y):
+def _value(planes, k, q, y):
     """Return value q of triangle k in row y at the first column, and its change a column."""
     place = q * PLANE + k
     return planes[START + place] + planes[DV + place] * np.float32(y), planes[DU + place]

@@ -23,26 +23,32 @@ import numpy as np
 
 
 @late_kernel
-def resolve(taken, columns, pixels, attributes, images, visibility):
+def resolve(taken, dirty, seen, pixels, attributes, images, visibility):
     """
     Write the channels of bands of an image as long as there are any.
 
-    taken: (1,) int64, how many bands were taken by this and other threads; columns: (2, bands),
-    the first column and the end of what has changed in each band; pixels: the faces and the
-    depths [m] that pixels see, (height, width); images: Resolved; visibility: triangles, is_back
+    taken: (1,) int64, how many bands were taken by this and other threads; dirty: see
+    framebuffer.Images; seen: (2, height) int32, the first column and the end of what each row saw
+    in the last frame, and then in this one: what is beyond both has not changed; pixels: the faces
+    and the depths [m] that pixels see, (height, width); images: Resolved; visibility: triangles, is_back
     and weights of a Visibility, of size 0 if it is not wanted.
     """
     faces, depths = pixels
     while True:
         band = fetch_add(taken, 0, 1)
-        if band >= columns.shape[1]:
+        if band >= dirty.shape[1]:
             break
-        left, right = np.uint64(columns[0, band]), np.uint64(columns[1, band])
-        if left >= right:
-            continue
         for row in range(np.uint64(band * BAND),
                          np.uint64(min((band + 1) * BAND, faces.shape[0]))):
             marks, depth = faces[np.int64(row)], depths[np.int64(row)]
+            last_left, last_right = np.uint64(seen[0, row]), np.uint64(seen[1, row])
+            left, right = _seen(marks, np.uint64(dirty[0, band]), np.uint64(dirty[1, band]))
+            seen[0, row], seen[1, row] = left, right
+            if last_left < last_right:
+                left = min(left, last_left) if left < right else last_left
+                right = max(right, last_right)
+            if left >= right:
+                continue
             if images.normals.size > 0:
                 _write_normals((row, left, right), marks, attributes.normals,
                                images.normals.reshape(-1))
@@ -57,6 +63,29 @@ def resolve(taken, columns, pixels, attributes, images, visibility):
                             images.flow.reshape(-1))
             if visibility[0].size > 0:
                 write_visibility((row, left, right), marks, depth, attributes, visibility)
+
+
+@late_kernel
+def _seen(marks, left, right):
+    """Return the first and the end of the pixels left .. right - 1 that see something."""
+    step = np.uint64(16)
+    while left + step <= right and not _any(marks, left, left + step):
+        left += step
+    while left + step <= right and not _any(marks, right - step, right):
+        right -= step
+    while left < right and marks[left] == NO_FACE:
+        left += np.uint64(1)
+    while left < right and marks[right - np.uint64(1)] == NO_FACE:
+        right -= np.uint64(1)
+    return (left, right) if left < right else (np.uint64(0), np.uint64(0))
+
+
+@late_kernel
+def _any(marks, first, end):
+    found = np.uint32(0)
+    for i in range(first, end):
+        found |= marks[i]
+    return found != NO_FACE
 
 
 @wide_kernel

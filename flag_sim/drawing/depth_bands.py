@@ -20,15 +20,15 @@ into bytes. Triangles are those of a picture (see rasterizer), and so are their 
 """
 from typing import NamedTuple
 
-from flag_sim.drawing.batched import along, bounds, needed_blocks, value_in_row
+from flag_sim.drawing.batched import along, bounds, needed_blocks
 from flag_sim.drawing.culling import LARGE, MEDIUM, triangles_in_rows
 from flag_sim.drawing.pixels import BAND, clamp, LANES, WHOLE_VECTORS
 from flag_sim.drawing.polygon import assemble_polygon, new_polygon, Polygon
 from flag_sim.drawing.rasterizer import RasterizerState, Target
 from flag_sim.drawing.scanline import draw_large
 from flag_sim.drawing.triangle_setup import (
-    AB, BATCH, Batch, BC, CA, COLUMNS, EDGE, EDGE_DU, EDGE_DV, END, gather, LEFT, new_batch,
-    set_up, TOP)
+    AB, BATCH, Batch, BC, CA, COLUMNS, DU, DV, EDGE, EDGE_DU, EDGE_DV, END, gather, LEFT,
+    new_batch, set_up, START, TOP)
 from flag_sim.jit.kernels import late_inner_kernel, late_kernel
 from flag_sim.parallel.atomics import fetch_add
 
@@ -111,33 +111,39 @@ def _draw_triangles(geometry, colours, indices, target, batch, polygon):
 @late_kernel
 def _draw_batch(count, is_medium, batch, target):
     """Draw the depth of a batch's triangles."""
-    integers, begin, end, stride = batch.integers, target.top, target.end, target.stride
+    integers, planes, depth = batch.integers, batch.planes, target.depth
+    begin, end, stride = target.top, target.end, target.stride
     for k in range(count):
+        # Read once, for a row has few pixels.
         top = integers[TOP + k]
         columns = (np.uint64(integers[COLUMNS + k]) + np.uint64(LANES - 1)) & WHOLE_VECTORS
+        edges = (integers[EDGE + AB + k], integers[EDGE + CA + k], integers[EDGE + BC + k])
+        edges_dv = (integers[EDGE_DV + AB + k], integers[EDGE_DV + CA + k],
+                    integers[EDGE_DV + BC + k])
+        edges_du = (integers[EDGE_DU + AB + k], integers[EDGE_DU + CA + k],
+                    integers[EDGE_DU + BC + k])
+        s, s_dv, s_du = planes[START + k], planes[DV + k], planes[DU + k]
+        least_and_most = bounds(batch, k, np.uint64(0))
         for row in range(max(top, begin), min(integers[END + k], end)):
             y = np.int32(row - top)
             first = np.uint64((row - begin) * stride + integers[LEFT + k])
             blocks = np.uint64(0), columns, first
             if is_medium:
                 blocks = needed_blocks(k, y, first, batch)
-            _draw_row((k, y), blocks, batch, target.depth)
+            here = (along(edges[0], y, edges_dv[0]), along(edges[1], y, edges_dv[1]),
+                    along(edges[2], y, edges_dv[2]))
+            _draw_row(blocks, here, edges_du, (s + s_dv * np.float32(y), s_du), least_and_most,
+                      depth)
 
 
 @late_inner_kernel
-def _draw_row(triangle_row, blocks, batch, depth):
-    k, y = triangle_row
+def _draw_row(blocks, edges, edges_du, s_and_change, least_and_most, depth):
     start, columns, first = blocks
-    integers = batch.integers
-    ab_du, ca_du, bc_du = (integers[EDGE_DU + AB + k], integers[EDGE_DU + CA + k],
-                           integers[EDGE_DU + BC + k])
-    ab = along(integers[EDGE + AB + k], y, integers[EDGE_DV + AB + k])
-    ca = along(integers[EDGE + CA + k], y, integers[EDGE_DV + CA + k])
-    bc = along(integers[EDGE + BC + k], y, integers[EDGE_DV + BC + k])
-    s, ds = value_in_row(batch.planes, k, np.uint64(0), y)
-    s_least, s_most = bounds(batch, k, np.uint64(0))
+    s, s_du = s_and_change
+    least, most = least_and_most
     for j in range(columns & WHOLE_VECTORS):
         n = np.int32(np.int32(start) + np.int32(j))
-        is_inside = (along(ab, n, ab_du) | along(ca, n, ca_du) | along(bc, n, bc_du)) >= 0
-        here = clamp(s + ds * np.float32(n), s_least, s_most)
+        is_inside = (along(edges[0], n, edges_du[0]) | along(edges[1], n, edges_du[1])
+                     | along(edges[2], n, edges_du[2])) >= 0
+        here = clamp(s + s_du * np.float32(n), least, most)
         depth[first + j] = max(here if is_inside else np.float32(-np.inf), depth[first + j])

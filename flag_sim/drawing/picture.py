@@ -225,10 +225,10 @@ class Picture:
             self._by_triangles(lambda *some: set_planes(geometry, values, *some, planes))
         if attributes.weights.size:
             set_weight_planes(geometry, attributes.weights)
-        images, visibility, columns = self._framebuffer.resolved()
+        dirty, seen, pixels, images, visibility = self._framebuffer.to_resolve()
         taken = np.zeros(1, np.int64)
         self._pool.parallel_for(lambda thread: resolve(
-            taken, columns, self._framebuffer.pixels, attributes, images, visibility))
+            taken, dirty, seen, pixels, attributes, images, visibility))
 
 
 @functools.lru_cache(maxsize=8)
