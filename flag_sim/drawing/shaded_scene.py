@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """The scene's part of pixels that are shaded one by one (see surfaces), kept between frames."""
+from flag_sim.drawing.flat_tiles import starts_of_tiles
 from flag_sim.drawing.shading import light_levels, shade
 from flag_sim.drawing.shadow_map import ShadowMap
 from flag_sim.drawing.shadows import NO_SHADOWS
@@ -77,10 +78,10 @@ class ShadedScene:
         if not self._fits(scene):
             self._join(scene)
         tints = np.array([one.surface.color for one in self._objects], np.float32).T.copy()
-        (first_levels, levels, texels, starts), object_of, coordinates = self._joined
+        (first_levels, *of_textures), object_of, coordinates = self._joined
         textures = [one.texture is not None for one in self._objects]
         return _read_only(Surfaces(
-            tints, first_levels, levels, texels, object_of, starts, coordinates,
+            tints, first_levels, *of_textures, object_of, coordinates,
             *self._levels, light.ambient, ENCODE, style.shading == 'flat',
             style.interpolation == 'screen', any(textures),
             any(is_shaded and not has_texture
@@ -136,21 +137,27 @@ def _read_only(record):
 
 
 def _joined(textures):
-    """Return the textures, levels, texels and starts of Surfaces."""
-    places, levels, texels, count, start = [], [], [], 0, 0
+    """Return the textures, levels, texels, starts, flats and flat_starts of Surfaces."""
+    places, levels, texels, flats, starts = [], [], [], [], []
+    count = start = flat_start = 0
     for texture in textures:
         if texture is None:
-            places.append((0, 0))
+            places.append((0, 0, 0, 0))
             continue
-        places.append((count, len(texture.levels)))
+        places.append((count, len(texture.levels), flat_start, flat_start + len(texture.flats)))
         levels.append(texture.levels + [start, 0, 0])
         texels.append(texture.texels)
+        flats.append(texture.flats)
+        starts.append(starts_of_tiles(texture.levels))
         count += len(texture.levels)
         start += len(texture.texels) // 2
-    # One alone, as most often, is not copied.
+        flat_start += len(texture.flats)
     if not texels:
         return (np.array(places), np.zeros((1, 3), np.int64), np.zeros(1, np.uint32),
-                np.zeros(1, np.int32))
+                np.zeros(1, np.int32), np.zeros(1, np.uint32), np.zeros(1, np.int32))
+    # One alone, as most often, is not copied.
+    texels, flats = (some[0] if len(some) == 1 else np.concatenate(some)
+                     for some in (texels, flats))
     levels = np.concatenate(levels)
-    return (np.array(places), levels, texels[0] if len(texels) == 1 else np.concatenate(texels),
-            np.ascontiguousarray(levels[:, 0], np.int32))
+    return (np.array(places), levels, texels, np.ascontiguousarray(levels[:, 0], np.int32), flats,
+            np.concatenate(starts))
