@@ -18,7 +18,7 @@ import functools
 
 from flag_sim.drawing.bands import BAND, draw_bands, new_buffers, Rare, RenderSettings
 from flag_sim.drawing.camera import Camera
-from flag_sim.drawing.channel_pass import resolve
+from flag_sim.drawing.channel_pass import new_values, resolve
 from flag_sim.drawing.channels import attributes_of, channel_names, needs_faces
 from flag_sim.drawing.culling import CHUNK, cull, Viewport
 from flag_sim.drawing.depth import clear_depth
@@ -219,16 +219,17 @@ class Picture:
 
         self._run(-(-count // step), work)
 
-    def _resolve(self, geometry, attributes, tasks):
+    def _resolve(self, geometry, attributes, values):
         """Write the channels that are made from what each pixel sees."""
-        for values, planes in tasks:
-            self._by_triangles(lambda *some: set_planes(geometry, values, *some, planes))
+        if attributes.planes.size:
+            self._by_triangles(lambda *some: set_planes(geometry, values, *some,
+                                                        attributes.planes))
         if attributes.weights.size:
             set_weight_planes(geometry, attributes.weights)
         dirty, seen, pixels, images, visibility = self._framebuffer.to_resolve()
         taken = np.zeros(1, np.int64)
         self._pool.parallel_for(lambda thread: resolve(
-            taken, dirty, seen, pixels, attributes, images, visibility))
+            taken, (dirty, seen), pixels, attributes, images, visibility, new_values()))
 
 
 @functools.lru_cache(maxsize=8)

@@ -67,7 +67,7 @@ class SceneBuffers:
                                    np.diff(first_triangles))
         self.positions, self.normals = np.zeros((points, 3)), np.zeros((points, 3))
         self._objects, self._view, self._loaded = [], None, [None] * len(objects)
-        self._sources = []
+        self._sources, self._kept = [], {}
         self.projected = new_vertices(points)
         self.chunks = [[self._chunk(k, slice(first, min(first + VERTEX_CHUNK, vertices.stop)))
                         for first in range(vertices.start, vertices.stop, VERTEX_CHUNK)]
@@ -85,6 +85,18 @@ class SceneBuffers:
             one.triangles is triangles and not triangles.flags.writeable
             and (len(one.vertices), one.is_closed) == size
             for one, triangles, size in zip(objects, self._triangles, self._sizes))
+
+    def kept(self, name: str, parts: list, make):
+        """
+        Return what make() makes from arrays of the objects; kept while these are the same ones.
+
+        parts: (n, k) arrays, or None; those that can be written to are taken to have changed.
+        """
+        known = self._kept.get(name)
+        if known is None or any(one is not last or (one is not None and one.flags.writeable)
+                                for one, last in zip(parts, known[0])):
+            self._kept[name] = known = parts, make()
+        return known[1]
 
     def geometry(self, transform) -> Geometry:
         """Return the scene's triangles for the kernels, seen through a ViewTransform."""

@@ -90,7 +90,8 @@ class SunView(NamedTuple):
     How the sun sees what can shade what a camera sees: in orthographic projection.
 
     width, height: of the map; focal: texels a metre; transform: see geometry; farthest: no more
-    than so far away from the sun's eye is anything that casts shadows [m].
+    than so far away from the sun's eye is anything that casts shadows [m]; sun: azimuth and
+    elevation.
     """
 
     width: int
@@ -98,6 +99,7 @@ class SunView(NamedTuple):
     focal: float
     transform: ViewTransform
     farthest: float
+    sun: tuple
 
 
 def sun_view(points: np.ndarray, is_casting: np.ndarray, camera: Camera,
@@ -110,7 +112,7 @@ def sun_view(points: np.ndarray, is_casting: np.ndarray, camera: Camera,
     LARGEST allows; they stay where they are in the world while the scene moves, so that edges of
     shadows do not crawl.
     """
-    turn, ways, rays = _turned(camera, light.azimuth, light.elevation)
+    turn, ways, rays, _ = _turned(camera, light.azimuth, light.elevation)
     extremes = np.empty((2, 2, 4))
     _extremes(points, is_casting, ways, extremes)
     (low, high), (_, (_, _, _, most)) = extremes.tolist()
@@ -141,28 +143,35 @@ def sun_view(points: np.ndarray, is_casting: np.ndarray, camera: Camera,
                      -float(round(0.5 * (first[1] + end[1]) * fine)),
                      distance - 0.5 * (low[2] + high[2]))
     transform = ViewTransform(matrix, 0.5 * width - 0.5, 0.5 * height - 0.5, 0.5, False)
-    return SunView(width, height, fine, transform, distance)
+    return SunView(width, height, fine, transform, distance,
+                   (light.azimuth, light.elevation))
 
 
 @functools.lru_cache(maxsize=8)
 def _turned(camera, azimuth, elevation):
     """
-    Return what sun_view needs of a camera and a sun that stand still.
+    Return what is the same in all frames of a camera and a sun that stand still.
 
     That is the sun's axes, right, down and away from it, (3, 3); those and what is ahead of the
-    camera, (4, 3); and of the corners of the image where they are in these axes: a pair of how
-    they begin, and how they go on with every metre of depth.
+    camera, (4, 3); of the corners of the image where they are along these axes: a pair of how they
+    begin, and how they go on with every metre of depth; and along each axis what the ways of
+    Shadows are in metres, from the world's origin.
     """
     turn = Camera(azimuth=azimuth, elevation=elevation, distance=0.0).pose[:3, :3]
     ways = np.vstack([turn, camera.pose[2, :3]])
-    right, down, ahead = (turn @ camera.pose[:3, :3].T).T
+    axes = turn @ camera.pose[:3, :3].T
+    right, down, ahead = (axes / [camera.focal, camera.focal, 1.0]).T
     eye, rays = turn @ camera.position, []
     for u in (-0.5, camera.width - 0.5):
         for v in (-0.5, camera.height - 0.5):
-            side = ((u - camera.centre[0]) * right + (v - camera.centre[1]) * down) / camera.focal
+            side = (u - camera.centre[0]) * right + (v - camera.centre[1]) * down
             ray = (eye, side + ahead) if camera.is_perspective else (eye + side, ahead)
             rays.append(tuple(one.tolist() for one in ray))
-    return turn, ways, rays
+    begin = -right * camera.centre[0] - down * camera.centre[1]
+    if camera.is_perspective:
+        begin, ahead = begin + ahead, 0.0 * ahead
+    origin = -axes @ camera.pose[:3, 3]
+    return turn, ways, rays, np.column_stack([begin, right, down, ahead, origin]).tolist()
 
 
 @late_kernel
@@ -193,22 +202,21 @@ def shadows_of(depth: np.ndarray, view: SunView, camera: Camera, places: np.ndar
     slopes = np.empty((len(places), 2, 4))
     _slopes_at_vertices(places, triangles, 1.0 / view.focal, slopes)
     return Shadows(depth, places, slopes, 1.0 / view.focal, ROUNDING * (view.farthest + 1.0),
-                   _ways(camera, view.transform))
+                   _ways(camera, view))
 
 
-def _ways(camera, transform):
-    """Return the ways from what a camera sees into the shadow map: see Shadows."""
-    # From the optical frame of the camera, in metres, to the map.
-    turn = camera.pose[:3, :3].T
-    matrix = transform.matrix[:3, :3] @ turn
-    constant = (transform.matrix[:3, 3] - matrix @ camera.pose[:3, 3]
-                + (transform.centre_u, transform.centre_v, 0.0))
-    right, down, ahead = (matrix / [camera.focal, camera.focal, 1.0]).T
-    begin = -right * camera.centre[0] - down * camera.centre[1]
-    if camera.is_perspective:
-        begin, ahead = begin + ahead, 0.0 * ahead
-    return tuple(tuple(np.float32(value) for value in way)
-                 for way in zip(begin, right, down, ahead, constant))
+def _ways(camera, view):
+    """Return the ways from what a camera sees into the sun's map: see Shadows."""
+    ways, transform = [], view.transform
+    rows = _turned(camera, *view.sun)[3]
+    offsets = transform.matrix[:3, 3].tolist()
+    for scale, middle, offset, row in zip(
+            (view.focal, view.focal, 1.0), (transform.centre_u, transform.centre_v, 0.0), offsets,
+            rows):
+        *steps, origin = row
+        ways.append((*(np.float32(scale * step) for step in steps),
+                     np.float32(scale * origin + offset + middle)))
+    return tuple(ways)
 
 
 @late_inner_kernel
