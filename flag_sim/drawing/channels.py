@@ -118,7 +118,9 @@ def attributes_of(objects: Iterable, scene, names: Iterable, camera: Camera,
     """
     points, count = len(scene.positions), len(scene.triangles)
     has_planes = not {'normals', 'texture_coordinates', 'flow'}.isdisjoint(names)
-    values = np.zeros((VALUES, points if has_planes else 0))
+    # Kept, for new memory takes as long as a third of the work.
+    values, planes = scene.kept('planes', [], lambda: (
+        np.zeros((VALUES, points)), np.empty(3 * VALUES * count, np.float32)))
     labels, ranges = np.empty(0, np.int32), np.zeros((2, 2), np.float32)
     if 'normals' in names:
         _turn(scene.normals, camera.pose, values[NORMAL:NORMAL + 3])
@@ -141,7 +143,7 @@ def attributes_of(objects: Iterable, scene, names: Iterable, camera: Camera,
             values[MOTION:MOTION + 3] -= scene.projected.view_space.T
     shift = tuple(float(then - now) for then, now in zip(camera_before.centre, camera.centre))
     return Attributes(
-        np.empty(3 * VALUES * count * has_planes, np.float32), labels, ranges, shift,
+        planes[:planes.size * has_planes], labels, ranges, shift,
         np.empty((6 if 'visibility' in names else 0, count)), tuple(map(float, camera.centre)),
         camera.is_perspective, was_perspective), values
 

@@ -36,9 +36,9 @@ def flat_tiles(mipmaps: list, levels_of_roots: np.ndarray) -> np.ndarray:
     mipmap has ceil((height + 2) / SIDE) rows of ceil((width + 2) / SIDE) tiles. A tile is of all
     places whose upper left texel, of the four about them, is among its SIDE x SIDE texels.
     """
-    tiles = []
-    for number, mipmap in enumerate(mipmaps):
-        following = mipmaps[min(number + 1, len(mipmaps) - 1)]
+    tiles, texels = [], [_whole(mipmap) for mipmap in mipmaps]
+    for number, mipmap in enumerate(texels):
+        following = texels[min(number + 1, len(texels) - 1)]
         least, most = _extremes(mipmap, mipmap.shape)
         next_least, next_most = _extremes(following, mipmap.shape)
         levels = [levels_of_roots[(least >> np.uint64(16 * k)).astype(np.int64) & 0xffff]
@@ -46,15 +46,22 @@ def flat_tiles(mipmaps: list, levels_of_roots: np.ndarray) -> np.ndarray:
         is_flat = ((least == most) & (next_least == least) & (next_most == least)
                    & (np.minimum.reduce(levels) >= 0))
         packed = (levels[0] | levels[1] << 8 | levels[2] << 16).astype(np.uint32)
+        if number == 0 and np.mean(is_flat) < WORTH_ASKING:
+            return np.empty(0, np.uint32)
         tiles.append(np.where(is_flat, packed, NOT_FLAT).reshape(-1))
-    is_worth = np.mean(tiles[0] != NOT_FLAT) >= WORTH_ASKING
-    return np.concatenate(tiles) if is_worth else np.empty(0, np.uint32)
+    return np.concatenate(tiles)
 
 
 def starts_of_tiles(levels: np.ndarray) -> np.ndarray:
     """Return where the tiles of each of a texture's levels begin, see Texture: (levels,) int32."""
     counts = np.prod((levels[:, 1:] + (2 + SIDE - 1)) // SIDE, axis=1)
     return np.cumsum([0, *counts[:-1]]).astype(np.int32)
+
+
+def _whole(texels):
+    """Return red, green and blue of texels in one number, of which equal ones are of one colour."""
+    words = texels.astype(np.uint64)
+    return words[..., 0] | (words[..., 1] & np.uint64(0xffff)) << np.uint64(32)
 
 
 def _extremes(mipmap, shape):
@@ -64,10 +71,7 @@ def _extremes(mipmap, shape):
     shape: of the mipmap that the tiles are of, with a texel more on each side: this one or the
     one before.
     """
-    # Red, green and blue in one number: of these, equal ones are all that counts.
-    words = mipmap.astype(np.uint64)
-    texels = words[..., 0] | (words[..., 1] & np.uint64(0xffff)) << np.uint64(32)
-    least = most = texels
+    least = most = mipmap
     for axis in range(2):
         count, before = mipmap.shape[axis] - 2, shape[axis] - 2
         tile = np.arange(-(-shape[axis] // SIDE))
@@ -78,6 +82,8 @@ def _extremes(mipmap, shape):
         first = np.clip(np.floor(first - margin).astype(int), 0, count + 1)
         last = np.clip(np.floor(end + margin).astype(int) + 1, 0, count + 1)
         places = [np.minimum(first + k, last) for k in range(int((last - first).max()) + 1)]
-        least = np.minimum.reduce([np.take(least, place, axis) for place in places])
-        most = np.maximum.reduce([np.take(most, place, axis) for place in places])
+        some_least = [np.take(least, place, axis) for place in places]
+        some_most = some_least if most is least else [np.take(most, place, axis)
+                                                      for place in places]
+        least, most = np.minimum.reduce(some_least), np.maximum.reduce(some_most)
     return least, most
