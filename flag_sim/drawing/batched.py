@@ -44,7 +44,7 @@ def draw_batch(geometry, colours, indices, state, target, batch, rare):
     """
     size = geometry.sizes[indices[0]]
     kept = gather(geometry, colours, indices, state, batch)
-    has_thin = set_up(kept, target.width, state.is_perspective_correct, batch)
+    has_thin = set_up(colours, kept, target.width, state.is_perspective_correct, batch)
     # Most batches are plain; what the others need makes plain ones 4 to 8 % slower if it stands
     # in the same loop.
     if has_thin or state.depth_ceiling < np.float32(0.0):
@@ -82,7 +82,7 @@ def _draw_needed_blocks(count, batch, state, target):
         top = integers[TOP + k]
         for row in range(max(top, begin), min(integers[END + k], end)):
             y = np.int32(row - top)
-            blocks = _needed_blocks(
+            blocks = needed_blocks(
                 k, y, np.uint64((row - begin) * stride + integers[LEFT + k]), batch)
             _draw_plain((k, y), blocks, batch, state, target)
 
@@ -96,7 +96,7 @@ def _draw_any(count, batch, state, target):
         ceiling_and_face = state.depth_ceiling, face_mark(integers[FACE + k])
         for row in range(max(top, begin), min(integers[END + k], end)):
             y = np.int32(row - top)
-            blocks = _needed_blocks(
+            blocks = needed_blocks(
                 k, y, np.uint64((row - begin) * stride + integers[LEFT + k]), batch)
             _draw_pixels((k, y), blocks, batch, ceiling_and_face, target, False,
                          state.is_perspective_correct)
@@ -115,7 +115,7 @@ def _draw_with_faces(count, batch, state, target, is_medium):
             first = np.uint64((row - begin) * stride + integers[LEFT + k])
             blocks = np.uint64(0), columns, first
             if is_medium:
-                blocks = _needed_blocks(k, y, first, batch)
+                blocks = needed_blocks(k, y, first, batch)
             if state.is_perspective_correct:
                 _draw_pixels((k, y), blocks, batch, ceiling_and_face, target, True, True, True)
             else:
@@ -133,7 +133,7 @@ def _draw_plain(triangle_row, blocks, batch, state, target):
 
 
 @late_inner_kernel
-def _needed_blocks(k, y, first, batch):
+def needed_blocks(k, y, first, batch):
     """
     Return the blocks of row y with pixels inside of triangle k.
 
@@ -170,22 +170,22 @@ def _draw_pixels(triangle_row, blocks, batch, ceiling_and_face, target, is_plain
     depth, colour, faces = target.depth, target.colour, target.faces
     ab_du, ca_du, bc_du = (integers[EDGE_DU + AB + k], integers[EDGE_DU + CA + k],
                            integers[EDGE_DU + BC + k])
-    ab = _along(integers[EDGE + AB + k], y, integers[EDGE_DV + AB + k])
-    ca = _along(integers[EDGE + CA + k], y, integers[EDGE_DV + CA + k])
-    bc = _along(integers[EDGE + BC + k], y, integers[EDGE_DV + BC + k])
+    ab = along(integers[EDGE + AB + k], y, integers[EDGE_DV + AB + k])
+    ca = along(integers[EDGE + CA + k], y, integers[EDGE_DV + CA + k])
+    bc = along(integers[EDGE + BC + k], y, integers[EDGE_DV + BC + k])
     s, ds = _value(planes, k, np.uint64(0), y)
     red, dr = _value(planes, k, np.uint64(1), y)
     green, dg = _value(planes, k, np.uint64(2), y)
     blue, db = _value(planes, k, np.uint64(3), y)
-    s_least, s_most = _bounds(batch, k, np.uint64(0))
-    r_least, r_most = _bounds(batch, k, np.uint64(1))
-    g_least, g_most = _bounds(batch, k, np.uint64(2))
-    b_least, b_most = _bounds(batch, k, np.uint64(3))
+    s_least, s_most = bounds(batch, k, np.uint64(0))
+    r_least, r_most = bounds(batch, k, np.uint64(1))
+    g_least, g_most = bounds(batch, k, np.uint64(2))
+    b_least, b_most = bounds(batch, k, np.uint64(3))
     for j in range(columns & WHOLE_VECTORS):
         n = np.int32(np.int32(start) + np.int32(j))
         i = np.float32(n)
         stored = depth[first + j]
-        is_inside = (_along(ab, n, ab_du) | _along(ca, n, ca_du) | _along(bc, n, bc_du)) >= 0
+        is_inside = (along(ab, n, ab_du) | along(ca, n, ca_du) | along(bc, n, bc_du)) >= 0
         here = s + ds * i
         if not is_plain:
             here = clamp(here, s_least, s_most)
@@ -218,7 +218,7 @@ def _value(planes, k, q, y):
 
 
 @late_inner_kernel
-def _bounds(batch, k, q):
+def bounds(batch, k, q):
     """Return the least and the most of value q of triangle k, infinite unless it is THIN."""
     place, infinite = q * VALUE + k, np.float32(np.inf)
     a, b, c = (batch.values[AT_A + place], batch.values[AT_B + place],
@@ -229,6 +229,6 @@ def _bounds(batch, k, q):
 
 
 @late_inner_kernel
-def _along(edge, n, change):
+def along(edge, n, change):
     """Return an edge function n steps on; in 32 bits, or else LLVM multiplies with 64, slowly."""
     return np.int32(edge + np.int32(n * change))

@@ -24,6 +24,7 @@ from typing import NamedTuple
 
 from flag_sim.drawing.camera import Camera
 from flag_sim.drawing.geometry import new_vertices, project, view_transform
+from flag_sim.drawing.planes import VALUES
 from flag_sim.jit.kernels import late_kernel
 from flag_sim.parameters import checks
 
@@ -80,24 +81,25 @@ def renewed(images: Resolved | None, names: Iterable, height: int, width: int) -
     return Resolved(**made)
 
 
+# Of planes.VALUES: unit normals in the optical frame; texture coordinates; how much each vertex was
+# elsewhere in the frame before, in the space of geometry.Vertices, or where it was if only one of
+# the frames has perspective.
+NORMAL, COORDINATE, MOTION = 0, 3, 5
+
+
 class Attributes(NamedTuple):
     """
     What the triangles of a scene have, for the kernels; of size 0 where it is not wanted.
 
-    normals: planes (9, m) of unit normals in the optical frame; labels: (m,) int32;
-    texture_coordinates: planes (6, m), and ranges: (2, 2), for each the least and the most of all
-    vertices; motion: planes (9, m) of how much each vertex was elsewhere in the frame before, in
-    the space of geometry.Vertices, or of where it was if only one of the frames has perspective;
-    shift: how far the principal point has moved since then [pixel]; weights: see
-    planes.set_weight_planes; centre_u, centre_v: the principal point; is_perspective,
-    was_perspective: in this frame and in the one before.
+    planes: see planes.set_planes; labels: (m,) int32; ranges: (2, 2), of both texture coordinates
+    the least and the most of all vertices; shift: how far the principal point has moved since the
+    frame before [pixel]; weights: see planes.set_weight_planes; centre: the principal point, (u,
+    v); is_perspective, was_perspective: in this frame and in the one before.
     """
 
-    normals: np.ndarray
+    planes: np.ndarray
     labels: np.ndarray
-    texture_coordinates: np.ndarray
     ranges: np.ndarray
-    motion: np.ndarray
     shift: tuple
     weights: np.ndarray
     centre: tuple
@@ -106,50 +108,50 @@ class Attributes(NamedTuple):
 
 
 def attributes_of(objects: Iterable, scene, names: Iterable, camera: Camera,
-                  camera_before: Camera) -> tuple[Attributes, list]:
+                  camera_before: Camera) -> tuple[Attributes, np.ndarray]:
     """
     Return the Attributes that some of RESOLVED need, of a scene that is projected.
 
     objects: of the scene; scene: their SceneBuffers; names: of channels; camera, camera_before: of
-    this frame and of the one before. The planes are yet to be set: also returns a list of values
-    (k, n) at the vertices and the planes for them.
+    this frame and of the one before. The planes are yet to be set: also returns the values for
+    them at the vertices, (VALUES, n).
     """
-    points, count, tasks = len(scene.positions), len(scene.triangles), []
-
-    def planes(values):
-        tasks.append((values, np.empty((3 * len(values), count), np.float32)))
-        return tasks[-1][1]
-    normals, labels, coordinates, motion = (np.empty((0, 0), np.float32), np.empty(0, np.int32),
-                                            np.empty((0, 0), np.float32),
-                                            np.empty((0, 0), np.float32))
-    ranges = np.zeros((2, 2), np.float32)
+    points, count = len(scene.positions), len(scene.triangles)
+    has_planes = not {'normals', 'texture_coordinates', 'flow'}.isdisjoint(names)
+    # Kept, for new memory takes as long as a third of the work.
+    values, planes = scene.kept('planes', [], lambda: (
+        np.zeros((VALUES, points)), np.empty(3 * VALUES * count, np.float32)))
+    labels, ranges = np.empty(0, np.int32), np.zeros((2, 2), np.float32)
     if 'normals' in names:
-        values = np.empty((3, points))
-        _turn(scene.normals, camera.pose, values)
-        normals = planes(values)
+        _turn(scene.normals, camera.pose, values[NORMAL:NORMAL + 3])
     if 'labels' in names:
         labels = np.repeat(np.array([one.label for one in objects], np.int32),
                            [len(one.triangles) for one in objects])
     if 'texture_coordinates' in names:
-        values = joined([one.texture_coordinates for one in objects], objects, 2)
-        ranges = np.array([[_extreme(np.fmin, row), _extreme(np.fmax, row)] for row in values],
-                          np.float32)
-        coordinates = planes(values)
+        parts = [one.texture_coordinates for one in objects]
+        values[COORDINATE:COORDINATE + 2], ranges = scene.kept('texture_coordinates', parts, (
+            lambda: _with_ranges(joined(parts, objects, 2))))
     was_perspective = camera_before.is_perspective
     if 'flow' in names:
         then = new_vertices(points)
-        project(np.ascontiguousarray(joined([one.before for one in objects], objects, 3).T),
-                view_transform(camera_before), then)
-        values = then.view_space.T
+        project(np.concatenate([
+            np.full((len(one.vertices), 3), np.nan) if one.before is None else one.before
+            for one in objects], dtype=np.float64), view_transform(camera_before), then)
+        values[MOTION:MOTION + 3] = then.view_space.T
         if was_perspective == camera.is_perspective:
             # What stands still has 0 exactly.
-            values = values - scene.projected.view_space.T
-        motion = planes(np.ascontiguousarray(values))
-    weights = np.empty((6 if 'visibility' in names else 0, count))
+            values[MOTION:MOTION + 3] -= scene.projected.view_space.T
     shift = tuple(float(then - now) for then, now in zip(camera_before.centre, camera.centre))
-    return Attributes(normals, labels, coordinates, ranges, motion, shift, weights,
-                      tuple(map(float, camera.centre)), camera.is_perspective,
-                      was_perspective), tasks
+    return Attributes(
+        planes[:planes.size * has_planes], labels, ranges, shift,
+        np.empty((6 if 'visibility' in names else 0, count)), tuple(map(float, camera.centre)),
+        camera.is_perspective, was_perspective), values
+
+
+def _with_ranges(values):
+    """Return values (k, n), and of each the least and the most that is finite: (k, 2) float32."""
+    return values, np.array([[_extreme(np.fmin, row), _extreme(np.fmax, row)] for row in values],
+                            np.float32)
 
 
 def joined(parts: list, objects: Iterable, count: int) -> np.ndarray:

@@ -48,6 +48,12 @@ class DrawOrder(NamedTuple):
     boxes: np.ndarray
 
 
+def new_order(indices: np.ndarray) -> DrawOrder:
+    """Make the DrawOrder of triangles with these indices, (m,) int32."""
+    return DrawOrder(indices, np.empty((2, len(indices)), np.int16),
+                     np.empty((4, -(-len(indices) // CHUNK)), np.int32))
+
+
 class Viewport(NamedTuple):
     """The image's size [pixel], and how far around pixels' centres triangles count [subpixel]."""
 

@@ -93,7 +93,7 @@ class Framebuffer:
         self._visibility = _nothing_visible(0, 0)
         self._resolved = renewed(None, (), height, width)
         self._dirty = np.tile(np.array([[0], [width]], np.int32), bands)
-        self._last_dirty = self._dirty.copy()
+        self._seen = np.zeros((2, height), np.int32)
         self._channels = ()
 
     def images(self, channels) -> Images:
@@ -110,23 +110,12 @@ class Framebuffer:
         if has_visibility != bool(self._visibility[0].size):
             self._visibility = _nothing_visible(*(self._shape if has_visibility else (0, 0)))
         self._resolved = renewed(self._resolved, channels, *self._shape)
-        self._last_dirty[:] = self._dirty
         return Images(self._bytes, self._words, self._depth, self._faces, self._dirty)
 
-    @property
-    def pixels(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the faces and the depths that pixels see."""
-        return self._faces, self._depth
-
-    def resolved(self) -> tuple[Resolved, tuple, np.ndarray]:
-        """
-        Return what is made from the faces and, once all is drawn, the columns that changed.
-
-        That is the images of RESOLVED, and triangles, is_back and weights of a Visibility.
-        """
-        (first, end), (last_first, last_end) = self._dirty, self._last_dirty
-        columns = np.stack([np.minimum(first, last_first), np.maximum(end, last_end)])
-        return self._resolved, self._visibility, columns
+    def to_resolve(self) -> tuple:
+        """Return dirty, seen, pixels, images and visibility for channel_pass.resolve."""
+        return (self._dirty, self._seen, (self._faces, self._depth), self._resolved,
+                self._visibility)
 
     def frame(self, scene) -> Frame:
         """Return the Frame of what was drawn of SceneBuffers."""

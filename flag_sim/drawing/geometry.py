@@ -66,6 +66,11 @@ def new_vertices(count: int) -> Vertices:
                     np.empty(count, np.int32))
 
 
+def part_of(vertices: Vertices, own: slice) -> Vertices:
+    """Return some of the vertices, in the same memory."""
+    return Vertices(*(array[own] for array in vertices))
+
+
 @functools.lru_cache(maxsize=8)
 def view_transform(camera: Camera) -> ViewTransform:
     """Return a camera for the kernels."""

@@ -18,7 +18,7 @@ import functools
 
 from flag_sim.drawing.bands import BAND, draw_bands, new_buffers, Rare, RenderSettings
 from flag_sim.drawing.camera import Camera
-from flag_sim.drawing.channel_pass import resolve
+from flag_sim.drawing.channel_pass import new_values, resolve
 from flag_sim.drawing.channels import attributes_of, channel_names, needs_faces
 from flag_sim.drawing.culling import CHUNK, cull, Viewport
 from flag_sim.drawing.depth import clear_depth
@@ -59,8 +59,7 @@ class Picture:
     >>> frame.colour, frame.depth
     """
 
-    __slots__ = ('_threads', '_pool', '_scene', '_framebuffer', '_colours', '_buffers', '_shaded',
-                 '_sun')
+    __slots__ = ('_threads', '_pool', '_scene', '_framebuffer', '_colours', '_buffers', '_shaded')
 
     def __init__(self, threads: int = THREADS.default):
         """Begin without buffers: the first frame's camera says how large they are."""
@@ -68,7 +67,7 @@ class Picture:
         self._pool = ThreadPool(self._threads)
         self._scene = self._framebuffer = self._colours = None
         self._buffers = {}
-        self._shaded, self._sun = ShadedScene(self._draw_for_sun), None
+        self._shaded = ShadedScene(self._run)
 
     def __reduce__(self):
         """Let a copy, also one of a file, begin without buffers: it draws the same."""
@@ -115,7 +114,7 @@ class Picture:
             self._shaded.begin(objects, self._scene, light, style)
             colours = self._project_and_shade(objects, geometry, camera, light, style)
             order = self._cull(geometry, camera, style)
-            surfaces = self._shaded.surfaces(self._scene, camera, light, style)
+            surfaces = self._shaded.surfaces(self._scene, colours, camera, light, style)
             if surfaces is not None:
                 self._by_triangles(lambda *some: set_surfaces(
                     geometry, surfaces, *self._shaded.fields, *some))
@@ -208,12 +207,6 @@ class Picture:
 
         self._pool.parallel_for(work)
 
-    def _draw_for_sun(self, objects, camera):
-        """Return the depth of objects as the sun's camera sees them."""
-        if self._sun is None:
-            self._sun = Picture(self._threads)
-        return self._sun.draw_scene(objects, camera, channels=['depth']).depth
-
     def _by_triangles(self, set_some):
         """Call set_some(first, end) for all triangles, in all threads if they are many."""
         count = len(self._scene.triangles)
@@ -226,16 +219,17 @@ class Picture:
 
         self._run(-(-count // step), work)
 
-    def _resolve(self, geometry, attributes, tasks):
+    def _resolve(self, geometry, attributes, values):
         """Write the channels that are made from what each pixel sees."""
-        for values, planes in tasks:
-            self._by_triangles(lambda *some: set_planes(geometry, values, *some, planes))
+        if attributes.planes.size:
+            self._by_triangles(lambda *some: set_planes(geometry, values, *some,
+                                                        attributes.planes))
         if attributes.weights.size:
             set_weight_planes(geometry, attributes.weights)
-        images, visibility, columns = self._framebuffer.resolved()
+        dirty, seen, pixels, images, visibility = self._framebuffer.to_resolve()
         taken = np.zeros(1, np.int64)
         self._pool.parallel_for(lambda thread: resolve(
-            taken, columns, self._framebuffer.pixels, attributes, images, visibility))
+            taken, (dirty, seen), pixels, attributes, images, visibility, new_values()))
 
 
 @functools.lru_cache(maxsize=8)

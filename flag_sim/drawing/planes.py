@@ -28,23 +28,30 @@ from flag_sim.jit.kernels import late_inner_kernel, late_kernel
 
 import numpy as np
 
+# Values that are interpolated together: a vector of 256 bits.
+VALUES = 8
+
 
 @late_kernel
 def set_planes(geometry, values, first, end, planes):
     """
     Write the planes of triangles first .. end - 1.
 
-    values: (k, n) at vertices; planes: (3 k, m), of each value p, p_u and p_v.
+    values: (VALUES, n) at vertices; planes: flat float32, of each triangle p of all values, then
+    p_u of all and p_v of all: what a pixel needs stands together, and is read in three pieces.
     """
     triangles = geometry.triangles
     for t in range(np.uint64(first), np.uint64(end)):
         solve = solver(geometry, t)
         a, b, c = np.uint64(triangles[t, 0]), np.uint64(triangles[t, 1]), np.uint64(
             triangles[t, 2])
-        for k in range(values.shape[0]):
+        for k in range(np.uint64(VALUES)):
             p, p_u, p_v = plane(geometry.transform, solve, values[k, a], values[k, b],
                                 values[k, c])
-            planes[3 * k, t], planes[3 * k + 1, t], planes[3 * k + 2, t] = p, p_u, p_v
+            place = np.uint64(3 * VALUES) * t + k
+            planes[place] = p
+            planes[place + np.uint64(VALUES)] = p_u
+            planes[place + np.uint64(2 * VALUES)] = p_v
 
 
 @late_kernel

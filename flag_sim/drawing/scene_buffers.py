@@ -15,8 +15,8 @@
 """Scene buffers: the objects of a scene joined in arrays that are kept from frame to frame."""
 from typing import NamedTuple
 
-from flag_sim.drawing.culling import CHUNK, DrawOrder
-from flag_sim.drawing.geometry import Geometry, new_vertices, Vertices
+from flag_sim.drawing.culling import new_order
+from flag_sim.drawing.geometry import Geometry, new_vertices, part_of, Vertices
 from flag_sim.drawing.mesh import vertex_normals
 from flag_sim.parameters import checks
 
@@ -67,19 +67,17 @@ class SceneBuffers:
                                    np.diff(first_triangles))
         self.positions, self.normals = np.zeros((points, 3)), np.zeros((points, 3))
         self._objects, self._view, self._loaded = [], None, [None] * len(objects)
-        self._sources = []
+        self._sources, self._kept = [], {}
         self.projected = new_vertices(points)
         self.chunks = [[self._chunk(k, slice(first, min(first + VERTEX_CHUNK, vertices.stop)))
                         for first in range(vertices.start, vertices.stop, VERTEX_CHUNK)]
                        for k, (vertices, _) in enumerate(self.slices)]
         self.sizes = np.empty(count, np.uint8)
-        chunks = -(-count // CHUNK)
-        self.order = DrawOrder(np.arange(count, dtype=np.int32), np.empty((2, count), np.int16),
-                               np.empty((4, chunks), np.int32))
+        self.order = new_order(np.arange(count, dtype=np.int32))
 
     def _chunk(self, index, vertices):
         return VertexChunk(index, vertices, self.positions[vertices], self.normals[vertices],
-                           Vertices(*(array[vertices] for array in self.projected)))
+                           part_of(self.projected, vertices))
 
     def fits(self, objects) -> bool:
         """Whether objects have the triangles that were joined."""
@@ -87,6 +85,18 @@ class SceneBuffers:
             one.triangles is triangles and not triangles.flags.writeable
             and (len(one.vertices), one.is_closed) == size
             for one, triangles, size in zip(objects, self._triangles, self._sizes))
+
+    def kept(self, name: str, parts: list, make):
+        """
+        Return what make() makes from arrays of the objects; kept while these are the same ones.
+
+        parts: (n, k) arrays, or None; those that can be written to are taken to have changed.
+        """
+        known = self._kept.get(name)
+        if known is None or any(one is not last or (one is not None and one.flags.writeable)
+                                for one, last in zip(parts, known[0])):
+            self._kept[name] = known = parts, make()
+        return known[1]
 
     def geometry(self, transform) -> Geometry:
         """Return the scene's triangles for the kernels, seen through a ViewTransform."""

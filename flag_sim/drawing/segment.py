@@ -33,8 +33,10 @@ COLUMN, ROW, DEPTH = (np.uint64(k * SEGMENT) for k in range(3))
 SUNLIGHT, ADDED, RED, GREEN, BLUE = (np.uint64(k * SEGMENT) for k in range(3, 8))
 # ... where in the shadow map, and how deep, less the bias; ...
 AT_U, AT_V, AT_Z = (np.uint64(k * SEGMENT) for k in range(8, 11))
-# ... where in the texture, and in which mipmap; red, green and blue in linear light.
+# ... where in the texture, and in which mipmap; whether texels are looked up, for there is no flat
+# tile; red, green and blue in linear light.
 AT_X, AT_Y, LOD = (np.uint64(k * SEGMENT) for k in range(8, 11))
+IS_OPEN = np.uint64(11 * SEGMENT)
 LINEAR_RED, LINEAR_GREEN, LINEAR_BLUE = (np.uint64(k * SEGMENT) for k in range(11, 14))
 FIELDS = 14
 
@@ -45,13 +47,15 @@ class Segment(NamedTuple):
 
     fields: flat float32, field after field, for places that are constants apart let LLVM make
     vectors of a loop; owners: (SEGMENT,) int32, the object that each pixel sees, -1 where that is
-    nothing or is not shaded pixel by pixel; colour, depth, faces: (SEGMENT,), see
+    nothing or is not shaded pixel by pixel; rest: (SEGMENT,) int32, pixels whose texels are
+    looked up; colour, depth, faces: (SEGMENT,), see
     rasterizer.Target, of pixels that are copied here from several places: sources (SEGMENT,)
     int64.
     """
 
     fields: np.ndarray
     owners: np.ndarray
+    rest: np.ndarray
     colour: np.ndarray
     depth: np.ndarray
     faces: np.ndarray
@@ -61,7 +65,7 @@ class Segment(NamedTuple):
 def new_segment(is_wanted: bool) -> Segment:
     """Make the memory, of size 0 if it is not wanted."""
     count = SEGMENT * is_wanted
-    return Segment(np.zeros(FIELDS * count, np.float32), np.zeros(count, np.int32),
+    return Segment(np.zeros(FIELDS * count, np.float32), *np.zeros((2, count), np.int32),
                    np.zeros(count, np.uint32), np.zeros(count, np.float32),
                    np.zeros(count, np.uint32), np.zeros(count, np.int64))
 

@@ -13,10 +13,10 @@
 # limitations under the License.
 
 """The scene's part of pixels that are shaded one by one (see surfaces), kept between frames."""
-import dataclasses
-
+from flag_sim.drawing.flat_tiles import starts_of_tiles
 from flag_sim.drawing.shading import light_levels, shade
-from flag_sim.drawing.shadows import NO_SHADOWS, shadows_of, sun_camera
+from flag_sim.drawing.shadow_map import ShadowMap
+from flag_sim.drawing.shadows import NO_SHADOWS
 from flag_sim.drawing.sky import sky_of
 from flag_sim.drawing.surfaces import FACE_FIELDS, FIELDS, Surfaces
 from flag_sim.drawing.texture import ENCODE
@@ -28,21 +28,21 @@ class ShadedScene:
     """
     Light, textures and shadows of a scene's vertices, where pixels are shaded one by one.
 
-    draw: draws a list of objects as the sun sees them; it returns their depth (height, width).
+    run: see ShadowMap.
 
     key: what else than objects, camera and light its light depends on; None where nothing is
     shaded pixel by pixel.
     """
 
-    def __init__(self, draw):
+    def __init__(self, run):
         """Begin with nothing."""
-        self._draw = draw
+        self._shadow_map = ShadowMap(run)
         self.key = None
         self._has_shadows = False
         self._objects = []
         self._levels = None  # see light_levels
-        self._textures, self._joined = [], None
-        self.fields = None
+        self._textures, self._texels = [], None
+        self._known = self._joined = self.fields = None
 
     def begin(self, objects, scene, light, style):
         """Begin a frame of `objects`, joined in a SceneBuffers."""
@@ -71,19 +71,40 @@ class ShadedScene:
             light_levels(points, normals, viewpoint, one.surface, light,
                          tuple(levels[own] for levels in self._levels))
 
-    def surfaces(self, scene, camera, light, style):
-        """Return the frame's Surfaces, or None."""
+    def surfaces(self, scene, colours, camera, light, style):
+        """Return the frame's Surfaces, or None; colours: any Colours for the scene."""
         if self.key is None:
             return None
-        textures = [one.texture for one in self._objects]
-        if len(textures) != len(self._textures) or any(
-                one is not last for one, last in zip(textures, self._textures)):
-            self._textures, self._joined = textures, _joined(textures)
-        first_levels, levels, texels = self._joined
+        if not self._fits(scene):
+            self._join(scene)
+        tints = np.array([one.surface.color for one in self._objects], np.float32).T.copy()
+        (first_levels, *of_textures), object_of, coordinates = self._joined
+        textures = [one.texture is not None for one in self._objects]
+        return _read_only(Surfaces(
+            tints, first_levels, *of_textures, object_of, coordinates,
+            *self._levels, light.ambient, ENCODE, style.shading == 'flat',
+            style.interpolation == 'screen', any(textures),
+            any(is_shaded and not has_texture
+                for is_shaded, has_texture in zip(self._is_shaded, textures)),
+            any(one.surface.specular > 0.0 for one in self._objects), *self.fields,
+            self._shadows(scene, colours, camera, light), sky_of(camera, style)))
+
+    def _fits(self, scene):
+        """Whether what is joined of the objects is as it was."""
+        known, self._known = self._known, (scene, self._is_shaded, self._objects)
+        if known is None or known[0] is not scene or known[1] != self._is_shaded:
+            return False
+        return all(
+            one.texture is last.texture and (
+                one.texture is None or (one.texture_coordinates is last.texture_coordinates
+                                        and not one.texture_coordinates.flags.writeable))
+            for one, last in zip(self._objects, known[2]))
+
+    def _join(self, scene):
+        """Join what the objects have of textures, and make memory for the planes of triangles."""
         count = len(scene.triangles)
-        if self.fields is None or self.fields[0].shape[1] != count:
-            self.fields = (np.empty((FIELDS, count), np.float32),
-                           np.empty((FACE_FIELDS, 2 * count), np.float32))
+        self.fields = (np.empty((FIELDS, count), np.float32),
+                       np.empty((FACE_FIELDS, 2 * count), np.float32))
         object_of = np.full(count, -1, np.int32)
         coordinates = np.zeros((len(scene.positions), 2))
         for k, (one, (vertices, triangles)) in enumerate(zip(self._objects, scene.slices)):
@@ -91,27 +112,16 @@ class ShadedScene:
                 object_of[triangles] = k
             if one.texture is not None:
                 coordinates[vertices] = one.texture_coordinates
-        colours = np.array([one.surface.color for one in self._objects], np.float32).T.copy()
-        return _read_only(Surfaces(
-            colours, first_levels, levels, texels, object_of,
-            np.ascontiguousarray(levels[:, 0], np.int32), coordinates,
-            *self._levels, light.ambient, ENCODE, style.shading == 'flat',
-            style.interpolation == 'screen', any(one is not None for one in textures),
-            any(is_shaded and one is None for is_shaded, one in zip(self._is_shaded, textures)),
-            any(one.surface.specular > 0.0 for one in self._objects), *self.fields,
-            self._shadows(scene, camera, light), sky_of(camera, style)))
+        textures = [one.texture for one in self._objects]
+        if len(textures) != len(self._textures) or any(
+                one is not last for one, last in zip(textures, self._textures)):
+            self._textures, self._texels = textures, _joined(textures)
+        self._joined = self._texels, object_of, coordinates
 
-    def _shadows(self, scene, camera, light):
-        casting = [own for one, (own, _) in zip(self._objects, scene.slices) if one.casts_shadow]
-        if not self._has_shadows or not casting:
+    def _shadows(self, scene, colours, camera, light):
+        if not self._has_shadows:
             return NO_SHADOWS
-        casts = np.concatenate([scene.positions[own] for own in casting])
-        sun = sun_camera(casts, scene.positions, camera, light)
-        if sun is None:
-            return NO_SHADOWS
-        bare = [one if one.texture is None else dataclasses.replace(one, texture=None)
-                for one in self._objects if one.casts_shadow]
-        return shadows_of(self._draw(bare, sun), sun, camera, scene.positions, scene.triangles)
+        return self._shadow_map.draw(self._objects, scene, colours, camera, light)
 
 
 def _read_only(record):
@@ -127,19 +137,27 @@ def _read_only(record):
 
 
 def _joined(textures):
-    """Return of each texture the first mipmap and their number, and all levels and texels."""
-    places, levels, texels, count, start = [], [], [], 0, 0
+    """Return the textures, levels, texels, starts, flats and flat_starts of Surfaces."""
+    places, levels, texels, flats, starts = [], [], [], [], []
+    count = start = flat_start = 0
     for texture in textures:
         if texture is None:
-            places.append((0, 0))
+            places.append((0, 0, 0, 0))
             continue
-        places.append((count, len(texture.levels)))
+        places.append((count, len(texture.levels), flat_start, flat_start + len(texture.flats)))
         levels.append(texture.levels + [start, 0, 0])
         texels.append(texture.texels)
+        flats.append(texture.flats)
+        starts.append(starts_of_tiles(texture.levels))
         count += len(texture.levels)
         start += len(texture.texels) // 2
-    # One alone, as most often, is not copied.
+        flat_start += len(texture.flats)
     if not texels:
-        return np.array(places), np.zeros((1, 3), np.int64), np.zeros(1, np.uint32)
-    return (np.array(places), np.concatenate(levels),
-            texels[0] if len(texels) == 1 else np.concatenate(texels))
+        return (np.array(places), np.zeros((1, 3), np.int64), np.zeros(1, np.uint32),
+                np.zeros(1, np.int32), np.zeros(1, np.uint32), np.zeros(1, np.int32))
+    # One alone, as most often, is not copied.
+    texels, flats = (some[0] if len(some) == 1 else np.concatenate(some)
+                     for some in (texels, flats))
+    levels = np.concatenate(levels)
+    return (np.array(places), levels, texels, np.ascontiguousarray(levels[:, 0], np.int32), flats,
+            np.concatenate(starts))

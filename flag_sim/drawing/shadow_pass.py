@@ -68,10 +68,11 @@ def shade_by_map(pixels, faces, fields, planes, depth):
         for down_by in range(4):
             of_row = zero
             for right_by in range(4):
-                z_here = (z + du * (np.float32(right_by - 1) - right)
-                          + dv * (np.float32(down_by - 1) - down))
+                # Reversed Z, as the map has it.
+                z_here = -(z + du * (np.float32(right_by - 1) - right)
+                           + dv * (np.float32(down_by - 1) - down))
                 place = np.int32(corner + np.int32(right_by))
-                is_lit = texels[np.uint32(place) & POSITIVE] >= z_here
+                is_lit = texels[np.uint32(place) & POSITIVE] <= z_here
                 weight = (one - right if right_by == 0 else right if right_by == 3 else one)
                 of_row += weight if is_lit else zero
             corner = np.int32(corner + stride)

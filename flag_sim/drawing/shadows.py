@@ -31,11 +31,12 @@ Near the terminator slopes have no bound, and nor have their differences, by whi
 behind a fold would become bright. So differences count up to TURN alone, and slopes up to
 STEEPEST: on a surface as steep as that the sun shines with 1 / STEEPEST of its light.
 """
+import functools
 import math
 from typing import NamedTuple
 
 from flag_sim.drawing.camera import Camera
-from flag_sim.drawing.geometry import SUBPIXELS, view_transform
+from flag_sim.drawing.geometry import SUBPIXELS, ViewTransform
 from flag_sim.drawing.shading import Light
 from flag_sim.jit.kernels import late_inner_kernel, late_kernel
 
@@ -59,12 +60,13 @@ class Shadows(NamedTuple):
     """
     The sun's shadow map, for the kernels; of size 0 where there are no shadows.
 
-    depth: (height, width) float32 [m]; places: (n, 3) of the vertices: column and row in the map,
-    and depth [m]; slopes: (n, 2, 4) [m] a texel, of each vertex's triangles the least and the
-    greatest dz/du, and the same of dz/dv: of those that show the sun their front, and of the
-    others; texel: its side [m]; rounding: [m]; ways: how pixels get into the map: of its column,
-    its row and its depth each a_0, a_u, a_v, b and c, so that it is (a_0 + a_u u + a_v v) z + b z
-    + c at column u, row v and depth z, without the first z in orthographic projection.
+    depth: (height, width) float32 of reversed Z [m], see depth; places: (n, 3) of the vertices:
+    to the right and down in the map [texel], and depth [m]; slopes: (n, 2, 4) [m] a texel, of each
+    vertex's triangles the least and the greatest dz/du, and the same of dz/dv: of those that show
+    the sun their front, and of the others; texel: its side [m]; rounding: [m]; ways: how pixels
+    get into the map: of its column, its row and its depth each a_0, a_u, a_v, b and c, so that it
+    is (a_0 + a_u u + a_v v) z + b z + c at column u, row v and depth z, without the first z in
+    orthographic projection.
     """
 
     depth: np.ndarray
@@ -83,100 +85,138 @@ NO_SHADOWS = Shadows(np.empty((0, 0), np.float32), np.empty((0, 3)), np.empty((0
                      0.0, _no_ways())
 
 
-def sun_camera(casting: np.ndarray, points: np.ndarray, camera: Camera,
-               light: Light) -> Camera | None:
+class SunView(NamedTuple):
     """
-    Return the camera from which the sun sees all that can shade what `camera` sees, or None.
+    How the sun sees what can shade what a camera sees: in orthographic projection.
 
-    casting, points: (n, 3) [m] of what casts shadows, and of the whole scene. Its texels are as
-    fine as the pixels of what is nearest to the camera of what casts shadows, or as LARGEST
-    allows; they stay where they are in the world while the scene moves, so that edges of shadows
-    do not crawl.
+    width, height: of the map; focal: texels a metre; transform: see geometry; farthest: no more
+    than so far away from the sun's eye is anything that casts shadows [m]; sun: azimuth and
+    elevation.
     """
-    # Right, down and away from the sun; and ahead of the camera.
-    turn = Camera(azimuth=light.azimuth, elevation=light.elevation, distance=0.0).pose[:3, :3]
-    ways = np.vstack([turn, camera.pose[2, :3]])
-    low, high = np.empty((2, 2, 4))
-    for some, least, most in zip((casting, points), low, high):
-        _extremes(some, ways, least, most)
-    depth = camera.pose[2, 3]
-    near, far = max(low[1, 3] + depth, camera.near), high[1, 3] + depth
-    nearest, (low, high) = low[0, 3] + depth, (low[0, :3], high[0, :3])
+
+    width: int
+    height: int
+    focal: float
+    transform: ViewTransform
+    farthest: float
+    sun: tuple
+
+
+def sun_view(points: np.ndarray, is_casting: np.ndarray, camera: Camera,
+             light: Light) -> SunView | None:
+    """
+    Return how the sun sees all that can shade what `camera` sees, or None if that is nothing.
+
+    points: (n, 3) [m] of the whole scene; is_casting: (n,) bool, those of what casts shadows. Its
+    texels are as fine as the pixels of what is nearest to the camera of what casts shadows, or as
+    LARGEST allows; they stay where they are in the world while the scene moves, so that edges of
+    shadows do not crawl.
+    """
+    turn, ways, rays, _ = _turned(camera, light.azimuth, light.elevation)
+    extremes = np.empty((2, 2, 4))
+    _extremes(points, is_casting, ways, extremes)
+    (low, high), (_, (_, _, _, most)) = extremes.tolist()
+    depth = float(camera.pose[2, 3])
+    near, far = max(extremes[1, 0, 3] + depth, camera.near), most + depth
     if not (low[0] <= high[0] and near < far):  # of no points, the least is the greatest number
         return None
-    view = _corners(camera, near, far) @ turn.T
-    first = np.maximum(low, view.min(axis=0))[:2]
-    end = np.minimum(high, view.max(axis=0))[:2]
-    extent = end - first
-    if not (extent > 0.0).all():
+    first, end = [], []
+    for axis in range(2):
+        seen = [begin[axis] + away * way[axis] for begin, way in rays for away in (near, far)]
+        first.append(max(low[axis], min(seen)))
+        end.append(min(high[axis], max(seen)))
+    extent = end[0] - first[0], end[1] - first[1]
+    if not min(extent) > 0.0:
         return None
     # In steps of a quarter of an octave.
     fine = 2.0 ** (
-        math.ceil(4.0 * math.log2(camera.pixels_per_metre(max(near, nearest)))) / 4.0)
-    while (extent * fine).max() + 2 * MARGIN > LARGEST:
+        math.ceil(4.0 * math.log2(camera.pixels_per_metre(max(near, low[3] + depth)))) / 4.0)
+    while max(extent) * fine + 2 * MARGIN > LARGEST:
         fine *= 2.0 ** -0.25
     width, height = (min(LARGEST, int(-(-(side * fine + 2 * MARGIN) // STEP) * STEP))
                      for side in extent)
-    middle = np.rint(0.5 * (first + end) * fine) / fine
-    target = turn.T @ [*middle, 0.5 * (low[2] + high[2])]
-    return Camera(width, height, 'orthographic', scale=height / fine, target=tuple(target),
-                  distance=0.5 * (high[2] - low[2]) + 1.0, azimuth=light.azimuth,
-                  elevation=light.elevation, near=0.5)
+    # The middle is a whole number of texels away from the world's origin.
+    distance = 0.5 * (high[2] - low[2]) + 1.0
+    matrix = np.eye(4)
+    matrix[:2, :3], matrix[2, :3] = fine * turn[:2], turn[2]
+    matrix[:3, 3] = (-float(round(0.5 * (first[0] + end[0]) * fine)),
+                     -float(round(0.5 * (first[1] + end[1]) * fine)),
+                     distance - 0.5 * (low[2] + high[2]))
+    transform = ViewTransform(matrix, 0.5 * width - 0.5, 0.5 * height - 0.5, 0.5, False)
+    return SunView(width, height, fine, transform, distance,
+                   (light.azimuth, light.elevation))
+
+
+@functools.lru_cache(maxsize=8)
+def _turned(camera, azimuth, elevation):
+    """
+    Return what is the same in all frames of a camera and a sun that stand still.
+
+    That is the sun's axes, right, down and away from it, (3, 3); those and what is ahead of the
+    camera, (4, 3); of the corners of the image where they are along these axes: a pair of how they
+    begin, and how they go on with every metre of depth; and along each axis what the ways of
+    Shadows are in metres, from the world's origin.
+    """
+    turn = Camera(azimuth=azimuth, elevation=elevation, distance=0.0).pose[:3, :3]
+    ways = np.vstack([turn, camera.pose[2, :3]])
+    axes = turn @ camera.pose[:3, :3].T
+    right, down, ahead = (axes / [camera.focal, camera.focal, 1.0]).T
+    eye, rays = turn @ camera.position, []
+    for u in (-0.5, camera.width - 0.5):
+        for v in (-0.5, camera.height - 0.5):
+            side = (u - camera.centre[0]) * right + (v - camera.centre[1]) * down
+            ray = (eye, side + ahead) if camera.is_perspective else (eye + side, ahead)
+            rays.append(tuple(one.tolist() for one in ray))
+    begin = -right * camera.centre[0] - down * camera.centre[1]
+    if camera.is_perspective:
+        begin, ahead = begin + ahead, 0.0 * ahead
+    origin = -axes @ camera.pose[:3, 3]
+    return turn, ways, rays, np.column_stack([begin, right, down, ahead, origin]).tolist()
 
 
 @late_kernel
-def _extremes(points, ways, least, most):
-    """Write how far points (n, 3) that are not too far reach along ways (k, 3) at least, most."""
-    least[:], most[:] = np.inf, -np.inf
+def _extremes(points, is_casting, ways, extremes):
+    """
+    Write how far points (n, 3) that are not too far reach along ways (k, 3).
+
+    extremes: (2, 2, k), of those that are casting and of all, at least and at most.
+    """
+    extremes[:, 0], extremes[:, 1] = np.inf, -np.inf
     for i in range(np.uint64(points.shape[0])):
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
         if abs(x) < FARTHEST and abs(y) < FARTHEST and abs(z) < FARTHEST:
             for k in range(ways.shape[0]):
                 along = ways[k, 0] * x + ways[k, 1] * y + ways[k, 2] * z
-                least[k], most[k] = min(least[k], along), max(most[k], along)
+                for which in range(0 if is_casting[i] else 1, 2):
+                    extremes[which, 0, k] = min(extremes[which, 0, k], along)
+                    extremes[which, 1, k] = max(extremes[which, 1, k], along)
 
 
-def _corners(camera, near, far):
-    """Return the corners (8, 3) of what a camera sees from one depth to another [m]."""
-    corners = []
-    for depth in (near, far):
-        scale = (depth if camera.is_perspective else 1.0) / camera.focal
-        for u in (-0.5, camera.width - 0.5):
-            for v in (-0.5, camera.height - 0.5):
-                corners.append(((u - camera.centre[0]) * scale, (v - camera.centre[1]) * scale,
-                                depth))
-    turn = camera.pose[:3, :3]
-    return np.array(corners) @ turn + camera.position
-
-
-def shadows_of(depth: np.ndarray, sun: Camera, camera: Camera, points: np.ndarray,
+def shadows_of(depth: np.ndarray, view: SunView, camera: Camera, places: np.ndarray,
                triangles: np.ndarray) -> Shadows:
     """
-    Return the Shadows of points (n, 3) and triangles (m, 3), with the sun's depth image.
+    Return the Shadows of triangles (m, 3), with the sun's depth map.
 
-    sun, camera: that of the sun, and the one that sees the shadows.
+    view: the sun's; camera: the one that sees the shadows; places: of Shadows.
     """
-    transform = view_transform(sun)
-    places, slopes = np.empty((len(points), 3)), np.empty((len(points), 2, 4))
-    _places_at_vertices(points, transform, places)
-    _slopes_at_vertices(places, triangles, 1.0 / sun.focal, slopes)
-    return Shadows(depth, places, slopes, 1.0 / sun.focal, ROUNDING * (sun.distance + 1.0),
-                   _ways(camera, transform))
+    slopes = np.empty((len(places), 2, 4))
+    _slopes_at_vertices(places, triangles, 1.0 / view.focal, slopes)
+    return Shadows(depth, places, slopes, 1.0 / view.focal, ROUNDING * (view.farthest + 1.0),
+                   _ways(camera, view))
 
 
-def _ways(camera, transform):
-    """Return the ways from what a camera sees into the shadow map: see Shadows."""
-    # From the optical frame of the camera, in metres, to the map.
-    turn = camera.pose[:3, :3].T
-    matrix = transform.matrix[:3, :3] @ turn
-    constant = (transform.matrix[:3, 3] - matrix @ camera.pose[:3, 3]
-                + (transform.centre_u, transform.centre_v, 0.0))
-    right, down, ahead = (matrix / [camera.focal, camera.focal, 1.0]).T
-    begin = -right * camera.centre[0] - down * camera.centre[1]
-    if camera.is_perspective:
-        begin, ahead = begin + ahead, 0.0 * ahead
-    return tuple(tuple(np.float32(value) for value in way)
-                 for way in zip(begin, right, down, ahead, constant))
+def _ways(camera, view):
+    """Return the ways from what a camera sees into the sun's map: see Shadows."""
+    ways, transform = [], view.transform
+    rows = _turned(camera, *view.sun)[3]
+    offsets = transform.matrix[:3, 3].tolist()
+    for scale, middle, offset, row in zip(
+            (view.focal, view.focal, 1.0), (transform.centre_u, transform.centre_v, 0.0), offsets,
+            rows):
+        *steps, origin = row
+        ways.append((*(np.float32(scale * step) for step in steps),
+                     np.float32(scale * origin + offset + middle)))
+    return tuple(ways)
 
 
 @late_inner_kernel
@@ -202,18 +242,6 @@ def bias_at(shadows, vertex, du, dv, side):
     along = max(slopes[vertex, side, 3] - dv, dv - slopes[vertex, side, 2])
     most = TURN * texel
     return REACH * (min(across, most) + min(along, most)) + (abs(du) + abs(dv)) / SUBPIXELS
-
-
-@late_kernel
-def _places_at_vertices(points, transform, places):
-    matrix = transform.matrix
-    for i in range(np.uint64(points.shape[0])):
-        x, y, z = points[i, 0], points[i, 1], points[i, 2]
-        places[i, 0] = (matrix[0, 0] * x + matrix[0, 1] * y + matrix[0, 2] * z
-                        + (matrix[0, 3] + transform.centre_u))
-        places[i, 1] = (matrix[1, 0] * x + matrix[1, 1] * y + matrix[1, 2] * z
-                        + (matrix[1, 3] + transform.centre_v))
-        places[i, 2] = matrix[2, 0] * x + matrix[2, 1] * y + matrix[2, 2] * z + matrix[2, 3]
 
 
 @late_kernel

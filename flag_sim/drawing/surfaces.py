@@ -44,10 +44,13 @@ class Surfaces(NamedTuple):
     """
     How pixels are shaded one by one, for the kernels.
 
-    colours: (3, k) float32 of each object; textures: (k, 2) int64, of each object the first mipmap
-    among `levels` and how many it has, 0 for one without a texture; levels, texels: see Texture,
+    colours: (3, k) float32 of each object; textures: (k, 4) int64, of each object the first mipmap
+    among `levels` and how many it has, 0 for one without a texture, and where among `flats` its
+    own begin and end; levels, texels: see Texture,
     those of all textures; object_of: (m,) int32, of each triangle, -1 where pixels are not shaded;
-    starts: (levels,) int32, where each level begins among the texels; coordinates: (n, 2) of
+    starts: (levels,) int32, where each level begins among the texels; flats: see flat_tiles, of
+    all textures; flat_starts: (levels,) int32, where each level begins among its texture's own;
+    coordinates: (n, 2) of
     vertices; sun, mirrored: (n, 2, 3) of both sides of vertices, or of triangles where is_flat,
     see shading.light_levels; ambient: light from everywhere; encode: see texture.ENCODE;
     is_on_screen: whether light is linear on the screen; has_textures, has_plain, is_specular:
@@ -60,8 +63,10 @@ class Surfaces(NamedTuple):
     textures: np.ndarray
     levels: np.ndarray
     texels: np.ndarray
-    object_of: np.ndarray
     starts: np.ndarray
+    flats: np.ndarray
+    flat_starts: np.ndarray
+    object_of: np.ndarray
     coordinates: np.ndarray
     sun: np.ndarray
     mirrored: np.ndarray

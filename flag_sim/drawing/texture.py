@@ -23,7 +23,10 @@ light, and the result is encoded again. It then stands where the colour of a pla
 light is multiplied to encoded values, as it is to `Surface.color`, so that a texture of one
 colour looks like a surface of that colour.
 """
+import functools
+
 from flag_sim.drawing import ranges
+from flag_sim.drawing.flat_tiles import flat_tiles
 from flag_sim.drawing.pixels import POSITIVE
 from flag_sim.jit.kernels import late_inner_kernel
 from flag_sim.parameters import checks
@@ -82,7 +85,7 @@ class Texture:
     shapes and types, and for more than LARGEST pixels along a side.
     """
 
-    __slots__ = ('size', 'texels', 'levels', '__weakref__')
+    __slots__ = ('size', 'texels', 'levels', 'flats', '__weakref__')
 
     def __init__(self, image: np.ndarray):
         """Make the mipmaps down to a single texel."""
@@ -116,7 +119,9 @@ class Texture:
         self.levels = np.array([(start, one.shape[1] - 2, one.shape[0] - 2)
                                 for start, one in zip(starts, padded)])
         self.texels = np.concatenate([one.reshape(-1) for one in padded])
-        self.texels.flags.writeable = self.levels.flags.writeable = False
+        self.flats = flat_tiles(padded, _levels_of_roots())
+        for array in (self.texels, self.levels, self.flats):
+            array.flags.writeable = False
 
     def mipmap(self, level: int) -> np.ndarray:
         """Return a mipmap in linear light: (height, width, 3)."""
@@ -125,6 +130,15 @@ class Texture:
         inner = texels.reshape(height + 2, width + 2, 2)[1:-1, 1:-1]
         roots = np.stack([inner[..., 0] & LOW, inner[..., 0] >> HIGH, inner[..., 1] & LOW], axis=2)
         return ((roots / STEPS) ** 2).astype(np.float32)
+
+
+@functools.lru_cache(maxsize=1)
+def _levels_of_roots():
+    """Return the level that each of the STEPS + 1 roots of linear light is, -1 if it is none."""
+    levels = np.full(STEPS + 1, -1)
+    is_whole = ENCODE == np.rint(ENCODE)
+    levels[::STEPS // (ENTRIES - 1)][is_whole] = np.rint(ENCODE[is_whole])
+    return levels
 
 
 def _packed(linear):

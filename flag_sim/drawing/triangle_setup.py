@@ -71,13 +71,12 @@ def gather(geometry, colours, indices, state, batch):
     """
     Read the corners of triangles with `indices` into the batch, but no backs of closed bodies.
 
-    Returns how many triangles are kept.
+    colours: see rasterizer, or None where only depth is drawn. Returns how many are kept.
     """
     triangles, is_closed, vertices = geometry.triangles, geometry.is_closed, geometry.vertices
     u, v, reversed_z = vertices.u, vertices.v, vertices.reversed_z
     shift_u, shift_v = state.shift_u, state.shift_v
-    integers, values, colour, is_flat = (batch.integers, batch.values, colours.values,
-                                         colours.is_flat)
+    integers, values = batch.integers, batch.values
     kept = np.uint64(0)
     for k in range(np.uint64(indices.size)):
         t = np.uint64(indices[k])
@@ -94,22 +93,24 @@ def gather(geometry, colours, indices, state, batch):
         integers[FACE + kept] = np.uint64(2) * t + side
         values[AT_A + kept], values[AT_B + kept] = reversed_z[a], reversed_z[b]
         values[AT_C + kept] = reversed_z[c]
-        at_a, at_b, at_c = (t, t, t) if is_flat else (a, b, c)
-        for channel in range(3):
-            place = kept + np.uint64((1 + channel) * BATCH)
-            values[AT_A + place] = colour[at_a, side, channel]
-            values[AT_B + place] = colour[at_b, side, channel]
-            values[AT_C + place] = colour[at_c, side, channel]
+        if colours is not None:
+            colour = colours.values
+            at_a, at_b, at_c = (t, t, t) if colours.is_flat else (a, b, c)
+            for channel in range(3):
+                place = kept + np.uint64((1 + channel) * BATCH)
+                values[AT_A + place] = colour[at_a, side, channel]
+                values[AT_B + place] = colour[at_b, side, channel]
+                values[AT_C + place] = colour[at_c, side, channel]
         kept += np.uint64((side == 0) | (is_closed[t] == 0))
     return kept
 
 
 @late_inner_kernel
-def set_up(count, width, is_perspective_correct, batch):
+def set_up(colours, count, width, is_perspective_correct, batch):
     """
     Compute edge functions and planes of a batch's first `count` triangles.
 
-    width: of the image [pixel]. Returns whether one of the triangles is THIN.
+    colours: see gather; width: of the image [pixel]. Returns whether one of the triangles is THIN.
     """
     integers, values, planes = batch
     one_pixel = np.int32(SUBPIXELS)
@@ -149,13 +150,14 @@ def set_up(count, width, is_perspective_correct, batch):
                                                is_perspective_correct))
         # Four values, written out: LLVM vectorises no loop that has another one inside.
         _plane(values, planes, k, np.uint64(0), slopes, (1.0, 1.0, 1.0))
-        # Perspective-correct colours are interpolated multiplied by 1 / z.
-        factors = (values[AT_A + k] if is_perspective_correct else 1.0,
-                   values[AT_B + k] if is_perspective_correct else 1.0,
-                   values[AT_C + k] if is_perspective_correct else 1.0)
-        _plane(values, planes, k, np.uint64(1), slopes, factors)
-        _plane(values, planes, k, np.uint64(2), slopes, factors)
-        _plane(values, planes, k, np.uint64(3), slopes, factors)
+        if colours is not None:
+            # Perspective-correct colours are interpolated multiplied by 1 / z.
+            factors = (values[AT_A + k] if is_perspective_correct else 1.0,
+                       values[AT_B + k] if is_perspective_correct else 1.0,
+                       values[AT_C + k] if is_perspective_correct else 1.0)
+            _plane(values, planes, k, np.uint64(1), slopes, factors)
+            _plane(values, planes, k, np.uint64(2), slopes, factors)
+            _plane(values, planes, k, np.uint64(3), slopes, factors)
     has_thin = np.int32(0)
     for k in range(count):
         has_thin |= integers[THIN + k]
