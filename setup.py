@@ -148,6 +148,7 @@ setup(
             'flake8-import-order>=0.18.2,<0.20',
             'flake8-quotes>=3.4,<4',
             'pydocstyle>=6.3,<7',
+            'vermin>=1.6,<2',  # what came after the oldest Python
         ],
     },
 )

@@ -50,6 +50,21 @@ QUEUED = 4
 """How many clips a worker has waiting, so that it never waits for one."""
 ASKED = 1.0
 """How often the scheduler is asked how many workers there are [s]."""
+OF_CLUSTER = {
+    'distributed.worker.profile.enabled': False,
+    'distributed.admin.tick.interval': '500ms',
+    'distributed.admin.system-monitor.interval': '2s',
+    'distributed.worker.memory.monitor-interval': '1s',
+    'distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_': None,
+}
+"""
+How a cluster of this machine differs from Dask's defaults, to leave the processors to the clips.
+
+By default Dask looks 100 times a second where a worker is in its code, 50 times a second whether
+each event loop still answers, and 10 times how much memory each process has. And it has workers
+give back their memory to the system at once: a frame's arrays would be new memory in every frame,
+which is slow, as the system hands it out page by page.
+"""
 
 
 class Job(NamedTuple):
@@ -112,12 +127,15 @@ def cluster(address: str | None, workers: int | None = None) -> Iterator[object]
     may use. Raises StoreError where there is no Dask, no scheduler, or no worker that starts.
     """
     try:
+        import dask
         import distributed
     except ImportError:
         raise StoreError(NO_DASK) from None
     logging.getLogger('asyncio').addFilter(_is_told)
     with contextlib.ExitStack() as stack:
         if address is None:
+            # As long as it stands: workers that replace others take what is set then.
+            stack.enter_context(dask.config.set(OF_CLUSTER))
             address = stack.enter_context(_local_cluster(
                 distributed, workers or len(os.sched_getaffinity(0))))
         try:

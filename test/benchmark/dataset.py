@@ -19,6 +19,7 @@ Clips of 640 x 480, 60 frames, with colour, depth, flow and its occlusion, norma
 .npz. One and two workers take turns, clip set by clip set. Written to out/bench-dataset.json.
 """
 import argparse
+import contextlib
 import json
 import os
 from pathlib import Path
@@ -73,9 +74,9 @@ def measure_alone(folder, clips, **recipe):
 def measure_workers(folder, clips, rounds, **recipe):
     """Return the frames a second of one and of two workers, and what two are of twice one."""
     rates = {1: [], 2: []}
-    clusters = {workers: engine.cluster(None, workers) for workers in rates}
-    clients = {workers: cluster.__enter__() for workers, cluster in clusters.items()}
-    try:
+    with contextlib.ExitStack() as stack:  # the last to begin ends first, or Dask's logs are told
+        clients = {workers: stack.enter_context(engine.cluster(None, workers))
+                   for workers in rates}
         for number in range(rounds + 1):
             for workers, client in clients.items():
                 own = job(folder, **recipe)
@@ -83,9 +84,6 @@ def measure_workers(folder, clips, rounds, **recipe):
                 shutil.rmtree(own.folder)
                 if number:  # the first round loads the kernels
                     rates[workers].append(frames / seconds)
-    finally:
-        for cluster in clusters.values():
-            cluster.__exit__(None, None, None)
     one, two = statistics.median(rates[1]), statistics.median(rates[2])
     return {'one worker, frames/s': one, 'two workers, frames/s': two,
             'two of twice one': two / (2.0 * one)}

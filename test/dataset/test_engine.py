@@ -18,6 +18,7 @@ import contextlib
 import gc
 import os
 import signal
+import time
 
 from flag_sim.dataset import Clips, engine
 from flag_sim.dataset.__main__ import main
@@ -116,6 +117,25 @@ def test_workers_that_cannot_make_clips_are_told_of_at_once(client, tmp_path):
                                    (tmp_path, '0.0.1', 'version 0.0.1')):
         with pytest.raises(StoreError, match=words):
             engine.check_workers(client, folder, version)
+
+
+def test_workers_watch_themselves_less_than_dask_does_by_default(client):
+    """And keep the memory that they have; those that replace killed workers too."""
+    def told(dask_worker):
+        return (os.getpid(), os.environ.get('MALLOC_TRIM_THRESHOLD_'),
+                [name for name, callback in dask_worker.periodic_callbacks.items()
+                 if callback.callback_time < 500.0])
+    first = client.run(told)
+    assert len(first) == 2 and all(told[1:] == (None, []) for told in first.values())
+    killed, (process, *_) = first.popitem()
+    os.kill(process, signal.SIGKILL)
+    deadline = time.monotonic() + 60.0
+    while killed in client.scheduler_info()['workers'] or sum(client.nthreads().values()) < 2:
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    then = client.run(told)
+    assert process not in {told[0] for told in then.values()}
+    assert all(told[1:] == (None, []) for told in then.values())
 
 
 def test_no_scheduler_is_said_to_be_none():
