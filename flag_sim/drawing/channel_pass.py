@@ -67,7 +67,7 @@ def resolve(taken, columns, pixels, attributes, images, visibility, values):
 
 @late_kernel
 def _write_segment(area, marks, depth, attributes, images, visibility, values):
-    """Write the channels of some pixels of a row; area: the row, their first column and the end."""
+    """Write channels of pixels of a row; area: the row, their first column and the end."""
     if attributes.planes.size > 0:
         _interpolate(area, marks, attributes.planes, values)
     if images.normals.size > 0:

@@ -81,9 +81,9 @@ def renewed(images: Resolved | None, names: Iterable, height: int, width: int) -
     return Resolved(**made)
 
 
-# Of planes.VALUES: unit normals in the optical frame; texture coordinates; how much each vertex was
-# elsewhere in the frame before, in the space of geometry.Vertices, or where it was if only one of
-# the frames has perspective.
+# Of planes.VALUES: unit normals in the optical frame; texture coordinates; how much each vertex
+# was elsewhere in the frame before, in the space of geometry.Vertices, or where it was if only one
+# of the frames has perspective.
 NORMAL, COORDINATE, MOTION = 0, 3, 5
 
 

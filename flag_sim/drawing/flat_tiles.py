@@ -59,7 +59,7 @@ def starts_of_tiles(levels: np.ndarray) -> np.ndarray:
 
 
 def _whole(texels):
-    """Return red, green and blue of texels in one number, of which equal ones are of one colour."""
+    """Return red, green and blue of texels in one number: equal ones are of one colour."""
     words = texels.astype(np.uint64)
     return words[..., 0] | (words[..., 1] & np.uint64(0xffff)) << np.uint64(32)
 

@@ -16,7 +16,7 @@
 import dataclasses
 from typing import NamedTuple
 
-from flag_sim.drawing.channels import needs_faces, renewed, RESOLVED, Resolved
+from flag_sim.drawing.channels import needs_faces, renewed, RESOLVED
 from flag_sim.drawing.visibility import Visibility
 from flag_sim.jit.kernels import late_kernel
 
