@@ -36,6 +36,7 @@ ROOT = Path(__file__).resolve().parents[2]
 LIBRARIES = {
     'av': (None, 'av'),  # which rosdep does not know: without it no movie is written
     'PIL': ('python3-pil', 'pillow'),
+    'dask': (None, 'distributed'),  # which brings it
     'distributed': (None, 'distributed'),  # which rosdep does not know, as isal and pyarrow
     'isal': (None, 'isal'),
     'pyarrow': (None, 'pyarrow'),
