@@ -159,7 +159,7 @@ def test_consumers_that_are_slow_hung_weak_or_many_hold_up_nobody(tmp_path, doma
         subscribe(watcher.node, 'camera/image_raw',
                   lambda message: time.sleep(0.1) or slow_heard.append(message))
         many = [watcher.listen('camera/image_raw') for _ in range(20)]
-        shot = Shot(graph, tmp_path, watcher, '-p', 'paused:=true', frames=30)
+        shot = Shot(graph, tmp_path, watcher, '-p', 'paused:=true', frames=60)
         step = watcher.publisher('step')
         for one in watcher, hung, weak:  # whom the renderer knows then
             one.parameters_of('renderer')
@@ -175,7 +175,7 @@ def test_consumers_that_are_slow_hung_weak_or_many_hold_up_nobody(tmp_path, doma
         assert watcher.put(wind, 'paused', False).successful
         assert graph.wait('wind', 90.0) == 0, graph.log('wind')
         assert graph.wait('recorder', 90.0) == 0, graph.log('recorder')
-        assert shot.stamps() == WHOLE[:30]
+        assert shot.stamps() == WHOLE[:60]
 
 
 def test_storms_of_parameters_and_clocks_that_jump_leave_a_whole_take(tmp_path, domain):
@@ -186,7 +186,7 @@ def test_storms_of_parameters_and_clocks_that_jump_leave_a_whole_take(tmp_path, 
         clock = watcher.publisher('/clock')
         # The take begins in the midst of the storm: else it may be over before that.
         shot = Shot(graph, tmp_path, watcher, *by_clock, '-p', 'paused:=true', given=by_clock,
-                    frames=30)
+                    frames=60)
         clients = {name: watcher.parameters_of(name) for name in sets}
         asked, begun, numbers = {}, [], itertools.count()
         seconds = itertools.cycle((1000, 5, 10**9, 0))
@@ -206,7 +206,7 @@ def test_storms_of_parameters_and_clocks_that_jump_leave_a_whole_take(tmp_path, 
         eventually(is_over, watcher)
         assert graph.processes['wind'].poll() == 0, graph.log('wind')
         assert graph.wait('recorder', 90.0) == 0, graph.log('recorder')
-        assert shot.stamps() == WHOLE[:30]
+        assert shot.stamps() == WHOLE[:60]
         assert all(done.successful for one in asked.values() if one.done()
                    for done in one.result().results)
 
@@ -215,17 +215,17 @@ def test_two_of_every_node_but_the_wind_leave_a_whole_take(tmp_path, domain):
     """What is alike is taken from either; a second recorder is waited for by a name of its own."""
     with Graph(tmp_path / 'log', domain) as graph, Watcher(domain) as watcher:
         for name, *given in (('physics',), ('renderer', *SMALL), (
-                'recorder', '-p', f'path:={tmp_path / "second"}', '-p', 'frames:=30',
+                'recorder', '-p', f'path:={tmp_path / "second"}', '-p', 'frames:=60',
                 '-r', '__node:=witness')):
             graph.start(name, *given, name=f'second {name}')
         eventually(lambda: watcher.node.count_publishers('frame_done') == 2, watcher)
         shot = Shot(graph, tmp_path, watcher, '-p', 'wait_for:=[renderer, recorder, witness]',
-                    frames=30, others=2)
+                    frames=60, others=2)
         assert graph.wait('wind', 90.0) == 0, graph.log('wind')
         for name in 'recorder', 'second recorder':
             assert graph.wait(name, 90.0) == 0, graph.log(name)
         for bag in 'bag0', 'second':
-            assert shot.stamps(bag) == WHOLE[:30]
+            assert shot.stamps(bag) == WHOLE[:60]
 
 
 @pytest.mark.skipif(not SOAK, reason='takes long: make soak')

@@ -95,9 +95,11 @@ class HostsGraph(forked.Graph):
     def launch(self, command, log, environment):
         """Return a process on the node's host, which is told how to find the other one."""
         host, _, *arguments = command
-        environment = {
-            **environment, 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST' if self._peers else 'SUBNET',
-            **({'ROS_STATIC_PEERS': ADDRESSES[1 - int(host)]} if self._peers else {})}
+        found_by = {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET'}
+        if self._peers:
+            found_by = {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
+                        'ROS_STATIC_PEERS': ADDRESSES[1 - int(host)]}
+        environment = {**environment, **found_by}
         # A watcher of an earlier test has chosen a profile for its process: here nodes choose.
         environment.pop('FASTDDS_DEFAULT_PROFILES_FILE', None)
         return forked.start(arguments, log, os.getcwd(), environment,
