@@ -23,7 +23,8 @@ help:
 	@echo '            for the nodes, networks that lose and delay, workers that are killed, and then twice the whole graph'
 	@echo '            for SOAK_MINUTES=$(SOAK_MINUTES), into out/soak.json (5: an hour in all)'
 	@echo 'make bench  measure frames per second, the work on many keys, how time grows with nodes and'
-	@echo '            pixels, what the processor allows, what compiling takes, and datasets, into out/bench*.json'
+	@echo '            pixels, what the processor allows, what looks, channels and compiling cost, and'
+	@echo '            datasets, into out/bench*.json'
 	@echo 'make bench-cloth    move the cloth beside other programs, into out/bench-cloth.json'
 	@echo 'make bench-drawing  draw frames beside other programs, into out/bench-drawing.json'
 	@echo 'make study  measure what accuracy costs here, in MINUTES=$(MINUTES), into out/study/report.md'
@@ -64,6 +65,7 @@ bench:
 	@.venv/bin/python test/benchmark/frame_time.py
 	@.venv/bin/python test/benchmark/growth.py
 	@.venv/bin/python test/benchmark/roofline.py
+	@.venv/bin/python test/benchmark/looks.py
 	@.venv/bin/python test/benchmark/compiling.py
 	@.venv/bin/python test/benchmark/dataset.py
 

@@ -30,7 +30,7 @@ BENCHMARKS = Path(__file__).resolve().parents[1] / 'benchmark'
 SHORT = {'animation': ['--quick'], 'cloth': ['--rounds', '1'],
          'compiling': ['--what', 'normals'], 'dataset': ['--quick'], 'drawing': ['--rounds', '1'],
          'frame_time': ['--frames', '20', '--runs', '1'], 'growth': ['--quick'],
-         'pipeline': ['--quick'], 'roofline': ['--seconds', '0.02']}
+         'looks': ['--rounds', '1'], 'pipeline': ['--quick'], 'roofline': ['--seconds', '0.02']}
 LONG = {'cloth', 'dataset', 'frame_time', 'pipeline'}
 """Those that take tens of seconds in any form: they start all nodes, or compile many methods."""
 PEERS = {'cloth': {'taichi': 'Taichi', 'newton': 'Newton, springs', 'mujoco': 'MuJoCo flex'},
