@@ -38,8 +38,9 @@ def checked_pole(pole: Vector | None, hoist_top: Vector, pinned: bool) -> Vector
         x, y, radius = pole
         distance = math.hypot(hoist_top[0] - x, hoist_top[1] - y)
         if distance < radius * (1.0 - 1e-9):
-            raise ValueError(f'the hoist must not be inside the pole: it is {distance:g} m from '
-                             f'the axis, whose radius is {radius:g} m')
+            raise ValueError(f'the hoist must not be inside the pole: it is '
+                             f'{checks.text(distance)} m from the axis, whose radius is '
+                             f'{checks.text(radius)} m')
     return pole
 
 

@@ -90,8 +90,9 @@ def read_track(name: str, marked: Marked) -> DrawnTrack:
     times = tuple(read_law(one, TIME) for one in given)
     for one, before, after in zip(given[1:], times, times[1:]):
         if after.reach()[0] - before.reach()[1] < LEAST_KEY_SPACING:
-            raise one.error(f'track {name}: this key may be at {after.reach()[0]:g} s, and must '
-                            f'come after the one before, at up to {before.reach()[1]:g} s')
+            first, last = checks.text(after.reach()[0]), checks.text(before.reach()[1])
+            raise one.error(f'track {name}: this key may be at {first} s, and must come after '
+                            f'the one before, at up to {last} s')
     turns = 'turns' in entries and entries['turns'].checked(checks.boolean)
     declaration = target.declaration
     if turns:

@@ -16,7 +16,7 @@
 Laws by which a recipe says a value: fixed, or drawn for each clip.
 
     wind.speed: 6.0                                # fixed
-    physics.solver: {choice: [symplectic, xpbd]}   # one of these
+    physics.solver: {choice: [symplectic, xpbd]}   # one of these, each entry as likely
     wind.azimuth: {uniform: [-3.14, 3.14]}         # equally likely from one end to the other
     physics.area_density: {log_uniform: [0.05, 0.5]}   # each doubling as likely as the next
     renderer.sun.elevation: {sphere: [0.2, 1.5]}   # each part of the sphere as likely
@@ -31,6 +31,7 @@ from typing import NamedTuple
 
 from flag_sim.dataset.draws import Stream
 from flag_sim.dataset.marked_yaml import Marked
+from flag_sim.parameters import checks
 from flag_sim.parameters.declaration import Declaration
 
 MOST_CHOICES = 100_000
@@ -62,7 +63,8 @@ def _is_elevation(low, high):
 SPANS = {
     'uniform': Span(lambda low, high: '', _uniform),
     'log_uniform': Span(
-        lambda low, high: '' if low > 0.0 else f'its lower end must be above 0, not {low:g}',
+        lambda low, high: '' if low > 0.0 else
+        f'its lower end must be above 0, not {checks.text(low)}',
         _log_uniform),
     'sphere': Span(
         lambda low, high: '' if _is_elevation(low, high) else
@@ -149,7 +151,8 @@ def _checked_ends(law, values, given, declaration, name):
         raise given.error(f'{name}: sphere is for an elevation')
     for low, high in pairs:
         broken = ('' if low < high or (low == high and len(pairs) > 1) else
-                  f'its lower end must be below the upper one, not {low:g} and {high:g}')
+                  'its lower end must be below the upper one, not '
+                  f'{checks.text(low)} and {checks.text(high)}')
         broken = broken or SPANS[law].broken(low, high)
         if broken:
             raise given.error(f'{name}: {law}: {broken}')

@@ -126,8 +126,8 @@ class Shot:
             self._checked(index, lambda: checks.vector('wind', wind, MAX_WIND))
             cloth.advance_to(at, wind, self._checked(index, self._merged, 'physics', keyed))
             if cloth.divergence or cloth.gap:
-                raise NoClip(f'frame {index}: ' + (
-                    cloth.divergence or f'{cloth.gap:g} s between frames is more than max_gap'))
+                raise NoClip(f'frame {index}: ' + (cloth.divergence or (
+                    f'{checks.text(cloth.gap)} s between frames is more than max_gap')))
             values = self._checked(index, self._merged, 'renderer', keyed)
             if values != look_values:
                 look_values, look = values, self._checked(index, look_of, values)

@@ -95,11 +95,12 @@ def read_splits(marked: Marked, laws: Mapping[str, Law]) -> Splits:
     for (end, before), (begin, _, name) in zip(ends, parts):
         if begin != end:
             raise entries[name].error(
-                f'splits: {name} must begin at {end:g}, where {before} '
-                f'{"ends" if before != by.value else "begins"}, not at {begin:g}')
+                f'splits: {name} must begin at {checks.text(end)}, where {before} '
+                f'{"ends" if before != by.value else "begins"}, not at {checks.text(begin)}')
     if parts[-1][1] != high:
-        raise entries[parts[-1][2]].error(f'splits: {parts[-1][2]} must end at {high:g}, where '
-                                          f'{by.value} ends, not at {parts[-1][1]:g}')
+        _, end, name = parts[-1]
+        raise entries[name].error(f'splits: {name} must end at {checks.text(high)}, where '
+                                  f'{by.value} ends, not at {checks.text(end)}')
     return Splits(by.value, tuple((name, begin, end) for begin, end, name in parts))
 
 
@@ -107,7 +108,7 @@ def _by_share(marked, entries):
     shares = {name: one.checked(checks.finite, 0.0, 1.0) for name, one in entries.items()}
     total = math.fsum(shares.values())
     if abs(total - 1.0) > TOLERANCE:
-        raise marked.error(f'splits must be 1 together, not {total:g}')
+        raise marked.error(f'splits must be 1 together, not {total:.12g}')
     parts, begin = [], 0.0
     for name, share in shares.items():
         parts.append((name, begin, begin + share))

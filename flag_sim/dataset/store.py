@@ -166,18 +166,21 @@ class Store:
 
     def row(self, number: int) -> dict | None:
         """Return the row of a clip that is there, whole or listed as failed, else None."""
-        try:
-            row = json.loads(self.path(number, '.json').read_bytes())
-        except (OSError, ValueError):
-            return None
-        if not isinstance(row, dict) or row.get('number') != number:
-            return None
-        if row.get('status') != 'whole':
+        row = self.written_row(number)
+        if row is None or row.get('status') != 'whole':
             return row
         file = self.folder / row['file']
         is_there = file.is_dir() if not file.suffix else (
             file.is_file() and file.stat().st_size == row['bytes'])
         return row if is_there else None
+
+    def written_row(self, number: int) -> dict | None:
+        """Return the row of a clip, whatever has become of its file, or None."""
+        try:
+            row = json.loads(self.path(number, '.json').read_bytes())
+        except (OSError, ValueError):
+            return None
+        return row if isinstance(row, dict) and row.get('number') == number else None
 
     def listed(self, numbers: range) -> Sequence[int]:
         """

@@ -43,6 +43,11 @@ def verify(store: Store, numbers: range) -> int:
         files.update((store.path(row['number'], '.json'), store.folder / row['file']))
         if wrong:
             _tell(f'clip {row["number"]}: {wrong}')
+    for row in _of_another_size(store, numbers, there):
+        there[row['number']] = 'bad'
+        files.update((store.path(row['number'], '.json'), store.folder / row['file']))
+        _tell(f'clip {row["number"]}: {row["file"]} has another size than was written: '
+              'the command that made it makes it again')
     missing = len(numbers) - sum(number in numbers for number in there)
     if missing:
         names = _first((number for number in numbers if number not in there), missing)
@@ -55,6 +60,14 @@ def verify(store: Store, numbers: range) -> int:
     print(f'{whole} clips are whole, {failed} could not be made, {bad} are not as they were '
           f'written, {missing} are not there')
     return int(bool(bad or missing or added or broken))
+
+
+def _of_another_size(store, numbers, there):
+    """Yield the rows of whole clips that are not `there`, as runs see it, but have a file."""
+    for number in itertools.chain(store.listed(numbers), store.beyond(numbers)):
+        row = None if number in there else store.written_row(number)
+        if row and row['status'] == 'whole' and (store.folder / row['file']).exists():
+            yield row
 
 
 def wrong_with(store: Store, row: dict) -> str:

@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """Pictures on the flag: files that are read once, and kept while they are the same."""
+import dataclasses
 import os
 from pathlib import Path
 
@@ -22,34 +23,74 @@ from flag_sim.parameters.config import config_path
 KEPT = 8
 """Pictures that are kept: so many may take turns in a shot without being read again."""
 
-_kept: dict[str, tuple] = {}  # what the file was like, and its Picture, by name
+
+@dataclasses.dataclass
+class Kept:
+    """
+    A picture that was read.
+
+    tried: what the file was like when it was read last, or None; unread: why that failed, where
+    the picture is that of an earlier one, else ''.
+    """
+
+    picture: Picture
+    tried: tuple | None
+    unread: str = ''
 
 
-def picture_of(name: str) -> Picture | None:
+_kept: dict[str, Kept] = {}
+
+
+def picture_of(name: str, is_asked: bool = False) -> Picture | None:
     """
     Return the picture of the parameter `flag.image`, or None for an empty name.
 
-    name: a path, or the name of one of the package's own in config/. A file is read again where
-    it has changed; one that can no longer be read stays what it was, for frames go on. Raises
-    ValueError, with path and reason, for one that never could.
+    name: a path, or the name of one of the package's own in config/; is_asked: whether a user sets
+    it now. A file is read again where it has changed. One that can no longer be read stays what it
+    was, for frames go on, and told_of says so; but not where it is asked for. Raises ValueError,
+    with path and reason, for that, and for one that never could be read.
     """
     if not name:
         return None
-    state, known = _state_of(name), _kept.get(name)
-    if known is not None and state in (None, known[0]):
-        _kept[name] = _kept.pop(name)  # the last to go
-        return known[1]
+    state, known = _state_of(name), _kept.pop(name, None)
     try:
-        picture = read_picture(_path_of(name))
+        if known is None or state != known.tried or (is_asked and known.unread):
+            known = _read_again(name, state, known, is_asked)
+        return known.picture
+    finally:
+        if known is not None:
+            while len(_kept) >= KEPT:
+                del _kept[next(iter(_kept))]
+            _kept[name] = known  # the last to go
+
+
+def _read_again(name, state, known, is_asked):
+    """Return the Kept of a file; known: the one before, which then says why it is kept."""
+    try:
+        return Kept(read_picture(_path_of(name)), state)
     except ValueError as error:
-        if known is None:
+        if known is not None:
+            known.tried, known.unread = state, str(error)
+        if known is None or is_asked:
             raise ValueError(f'flag.image: {error}') from None
-        return known[1]
-    _kept.pop(name, None)
-    while len(_kept) >= KEPT:
-        del _kept[next(iter(_kept))]
-    _kept[name] = state, picture
-    return picture
+        return known
+
+
+def told_of(name: str, is_new: bool = True) -> list[str]:
+    """
+    Return what people should know of the picture of a parameter, in words.
+
+    That it is scaled down, where it is_new; and why it is not what is now in its file.
+    """
+    picture, told = picture_of(name), []
+    if is_new and picture and picture.size != picture.texture.size:
+        (width, height), (columns, rows) = picture.size, picture.texture.size
+        told.append(f'flag.image: {name} has {width} x {height} pixels, it is scaled down to '
+                    f'{columns} x {rows}')
+    if picture and _kept[name].unread:
+        told.append(f'flag.image: {_kept[name].unread}; the picture that was read from it before '
+                    'stays')
+    return told
 
 
 def _path_of(name):

@@ -30,6 +30,16 @@ MOST_PIXELS = 2 ** 26
 FORMATS = ('PNG', 'JPEG', 'WEBP', 'GIF', 'BMP', 'TIFF', 'PPM')
 """Those that Pillow reads by itself: for others it runs other programs, or reads other files."""
 
+ORIENTATION = 0x0112
+"""EXIF's tag of how a picture is to be turned."""
+TURNS = {2: 'FLIP_LEFT_RIGHT', 3: 'ROTATE_180', 4: 'FLIP_TOP_BOTTOM', 5: 'TRANSPOSE',
+         6: 'ROTATE_270', 7: 'TRANSVERSE', 8: 'ROTATE_90'}
+"""{orientation: what makes it upright, by Pillow's name}."""
+BITS, SENSE, WHITE_IS_ZERO = 258, 262, 0
+"""TIFF's tags of the bits of a channel, and of whether 0 is white."""
+DEEP = ('PNG', 'PPM')
+"""Formats whose numbers of mode I go to 65535."""
+
 
 class Picture(NamedTuple):
     """A texture, and the size of the picture that it was made from: (width, height) [pixel]."""
@@ -42,9 +52,10 @@ def read_picture(path: str | os.PathLike) -> Picture:
     """
     Return the picture in a file as a texture.
 
-    What is larger than a Texture may be is scaled down, in linear light. What is transparent is
-    seen before white. Colour profiles are not read: all is taken for sRGB. Raises ValueError,
-    with path and reason, for a file that is missing or that cannot be read.
+    It is turned as its EXIF orientation says. What is larger than a Texture may be is scaled down,
+    in linear light. What is transparent is seen before white. Colour profiles are not read: all is
+    taken for sRGB. Raises ValueError, with path and reason, for a file that is missing or that
+    cannot be read.
     """
     path = Path(path)
     try:
@@ -58,7 +69,8 @@ def read_picture(path: str | os.PathLike) -> Picture:
                 size = image.size
                 if size[0] * size[1] > MOST_PIXELS:
                     raise ValueError(f'{size[0]} x {size[1]} are more than {MOST_PIXELS} pixels')
-                return Picture(_texture(_opaque(Image, image)), size)
+                opaque = _opaque(Image, image)
+                return Picture(_texture(opaque), opaque.size)
     except UnidentifiedImageError:
         reason = f'it is not one of {", ".join(FORMATS)}'
     except OSError as error:
@@ -73,13 +85,43 @@ def _sentence(error):
 
 
 def _opaque(pillow, image):
-    """Return an image of Pillow's in red, green and blue."""
-    if image.mode.startswith('I;16'):
-        image = pillow.fromarray((np.asarray(image) >> 8).astype(np.uint8))
+    """Return an image of Pillow's upright, in red, green and blue; raises ValueError."""
+    image.load()
+    upright = _upright(pillow, image)
+    if image.mode.startswith(('I', 'F')):
+        return _of_grey(pillow, image, np.asarray(upright))
     if image.mode not in ('RGBA', 'LA', 'PA') and 'transparency' not in image.info:
-        return image.convert('RGB')
-    white = pillow.new('RGBA', image.size, 'white')
-    return pillow.alpha_composite(white, image.convert('RGBA')).convert('RGB')
+        return upright.convert('RGB')
+    white = pillow.new('RGBA', upright.size, 'white')
+    return pillow.alpha_composite(white, upright.convert('RGBA')).convert('RGB')
+
+
+def _upright(pillow, image):
+    """Return an image turned as its EXIF orientation says."""
+    try:
+        turn = TURNS.get(image.getexif().get(ORIENTATION))
+    except Exception:  # noqa: B902 (a damaged EXIF block, without which the picture is whole)
+        turn = None
+    return image.transpose(pillow.Transpose[turn]) if turn else image
+
+
+def _of_grey(pillow, image, values):
+    """
+    Return an image of one channel that has more than 8 bits as 8 bits of three.
+
+    values: of its pixels. Raises ValueError unless they are whole numbers of which 65535 is white:
+    of others no file says how bright white is.
+    """
+    bits, sense = (getattr(image, 'tag_v2', {}).get(tag) for tag in (BITS, SENSE))
+    # Before 10.3 Pillow reads a PNG of 16 bits as I, and all do so with a PPM of more than 8.
+    if not (image.mode.startswith('I;16') or (image.mode == 'I' and image.format in DEEP)) or (
+            bits not in (None, (16,)) or sense == WHITE_IS_ZERO):
+        raise ValueError(f'its pixels are numbers of mode {image.mode}, with '
+                         f'{bits[0] if bits else 32} bits, of which it does not say how bright '
+                         'white is; save it with 8 or 16 bits a channel')
+    grey = (values >> 8).astype(np.uint8)
+    grey[values == image.info.get('transparency', -1)] = 255
+    return pillow.fromarray(grey).convert('RGB')
 
 
 def _texture(image):

@@ -19,7 +19,7 @@ import sys
 import time
 
 from flag_sim.declarations.factories import Look, look_of
-from flag_sim.declarations.images import picture_of
+from flag_sim.declarations.images import picture_of, told_of
 from flag_sim.declarations.objects import boxes_of, is_object
 from flag_sim.declarations.picture_kernels import PICTURE_KERNELS
 from flag_sim.declarations.pole_match import PoleMatch
@@ -89,7 +89,7 @@ class Renderer(FrameNode):
         with compiling(self, PICTURE_KERNELS.name(self.values)):
             PICTURE_KERNELS.warm_up(self.values)
         self._kernels = KernelSwitch(self, PICTURE_KERNELS, self.values, self._server.serve)
-        self._tell_of_image()
+        self._tell_of_image(self.values, True)
         # Made after that, for the number of threads is chosen by how long its first frames take.
         self._picture = Picture(self.values['threads'])
         self._camera_out = {name: publish(self, name) for name in camera_messages.available()}
@@ -113,18 +113,17 @@ class Renderer(FrameNode):
             raise ValueError('camera.frame_id must not be empty')
         picture_of(values['flag.image'])
 
-    def apply(self, changed: Collection[str]) -> None:
-        """Say what has become of a new image."""
-        if 'flag.image' in changed:
-            self._tell_of_image()
+    def check_asked(self, changes: Mapping) -> None:
+        """Raise ValueError for an image that cannot be read now, also if it could be before."""
+        picture_of(changes.get('flag.image', ''), is_asked=True)
 
-    def _tell_of_image(self):
-        picture = picture_of(self.values['flag.image'])
-        if picture and picture.size != picture.texture.size:
-            width, height = picture.texture.size
-            self.get_logger().warning(
-                f'flag.image: {self.values["flag.image"]} has {picture.size[0]} x '
-                f'{picture.size[1]} pixels, it is scaled down to {width} x {height}')
+    def apply(self, changed: Collection[str]) -> None:
+        """Say what has become of the image."""
+        self._tell_of_image(self.values, 'flag.image' in changed)
+
+    def _tell_of_image(self, values, is_new):
+        for words in told_of(values['flag.image'], is_new):
+            self._log.warn(words, 'flag.image')
 
     is_part = staticmethod(is_object)
 
@@ -220,6 +219,7 @@ class Renderer(FrameNode):
         values = self._kernels.usable(values)
         if values != self._values:
             self._values, self._look = values, look_of(values)
+            self._tell_of_image(values, False)
         drawing = Drawing(self._clouds.take(frame.stamp), self._look, values,
                           self._frame_before(frame))
         self._last = frame, drawing

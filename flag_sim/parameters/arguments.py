@@ -32,7 +32,13 @@ def positive(text: str) -> float:
 
 
 def given_path(text: str) -> Path:
-    """Return an argument as a Path, `~` read as a shell does; raises ArgumentTypeError."""
+    """
+    Return an argument as a Path, `~` read as a shell does.
+
+    Raises ArgumentTypeError, also for an empty one, which Path takes for the working folder.
+    """
+    if not text or '\0' in text:
+        raise argparse.ArgumentTypeError('a path must be named')
     try:
         return checks.path('path', text)
     except ValueError as error:

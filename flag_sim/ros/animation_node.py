@@ -147,7 +147,7 @@ class AnimationNode(ParameterNode):
                 self._file[1] if self._file[0] == path else None)
             trouble = ''
         except (OSError, ValueError) as error:
-            trouble = f'cannot save {path}: {error}'
+            trouble = f'cannot save {path}: {getattr(error, "strerror", None) or error}'
         if trouble and trouble != self._trouble:  # once, however many changes follow
             self._log.error(trouble, 'file')
         self._trouble = trouble

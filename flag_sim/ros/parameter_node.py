@@ -164,6 +164,9 @@ class ParameterNode(GuardedNode):
     def check(self, values):
         """Raise ValueError if `values` {name: value} cannot stand together; no side effects."""
 
+    def check_asked(self, changes):
+        """Raise ValueError if what a user sets, {name: value}, cannot be had now."""
+
     def apply(self, changed):
         """Let the new values of the names in `changed` count."""
 
@@ -182,6 +185,7 @@ class ParameterNode(GuardedNode):
                 self.check_deletion(name)
             changes = {p.name: self.accept_change(p.name, p.value) for p in own
                        if p.name not in deleted}
+            self.check_asked(changes)
             self.check({name: value for name, value in {**self.values, **changes}.items()
                         if name not in deleted})
         except ValueError as error:

@@ -28,8 +28,11 @@ from flag_sim.study.store import Store
 FORMAT = 6  # of the rows: raised when their columns or their meaning change
 FOLDERS = Path('out/study'), Path('out/real')
 """Where the study of accuracy, and that of real flags, is written by default."""
-DEFAULT_FLAG = Path()
-"""Stands for the params file where none is given."""
+DEFAULT_FLAG = True
+"""Stands for the params file where none is given: no path equals it."""
+UNSPOKEN = {**machine.UNSPOKEN, 'format': 'its rows are those of another version of study',
+            'flag': 'it is of another flag'}
+"""What a difference of a study's identity means, in words (see Store)."""
 
 
 def main(args: list[str] | None = None) -> int:
@@ -53,7 +56,7 @@ def main(args: list[str] | None = None) -> int:
             identity['flag'] = known[:16]
         else:
             sections = all_sections()
-        store = Store(options.output or FOLDERS[is_real], identity)
+        store = Store(options.output or FOLDERS[is_real], identity, UNSPOKEN)
     except ValueError as error:
         parser.error(str(error))
     try:

@@ -17,6 +17,7 @@ import contextlib
 
 from flag_sim.declarations.factories import cloth_of, look_of
 from flag_sim.declarations.physics import check_method
+from flag_sim.parameters import checks
 from flag_sim.study.measures import errors
 from flag_sim.study.measures.judge import work
 from flag_sim.study.measures.reference import nested, on_grid
@@ -53,8 +54,13 @@ def require(settings: Settings) -> None:
     """
     Raise ValueError for settings that make no scene, or that cannot be tuned.
 
-    Their camera must see the flag, and the reference must not take hours.
+    Their camera must see the flag, all methods must take their air, for they are compared, and
+    the reference must not take hours.
     """
+    if settings['air.added_mass'] > 0.0:
+        raise ValueError('air.added_mass must be 0 here, not '
+                         f'{checks.text(settings["air.added_mass"])}: methods are compared, and '
+                         'most do not take moving air')
     at_rest = cloth_of(settings).positions
     errors.pixel_distances(at_rest, at_rest, look_of(settings).camera)
     coarsest = work(settings, 21, 31)

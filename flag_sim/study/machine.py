@@ -48,6 +48,10 @@ def cores() -> int:
     return len(os.sched_getaffinity(0))
 
 
+UNSPOKEN = {'code': 'it was measured by another version of flag_sim'}
+"""What a difference means, in words, of what identity returns and people cannot read."""
+
+
 def identity() -> dict[str, str]:
     """Return what measurements depend on beside the settings: {word: text}."""
     return {'machine': f'{processor()}, {cores()} cores', 'code': fingerprint()[:16]}

@@ -16,7 +16,12 @@
 import os
 from pathlib import Path
 
+from flag_sim.declarations.factories import cloth_of, look_of
+from flag_sim.declarations.nodes import named
+from flag_sim.declarations.scene import check_scene
 from flag_sim.parameters import checks
+from flag_sim.parameters.file_targets import LARGEST
+from flag_sim.parameters.plain_file import opened
 from flag_sim.study.measures.settings import changed, DEFAULTS, defaults, Settings
 
 # Parameters that have another name in settings, because two nodes have one of their name.
@@ -27,30 +32,55 @@ def read(path: Path) -> tuple[Settings, list[str]]:
     """
     Return the settings that a params file gives the nodes, and the names that it does not know.
 
-    Raises ValueError for what is no params file.
+    Raises ValueError for what is no params file, and for values that a node would refuse or that
+    make no flag and no picture together.
     """
-    import yaml
-    try:
-        content = yaml.safe_load(checks.path('params file', path).read_text())
-    except OSError as error:
-        raise ValueError(f'{path} cannot be read: {error.strerror}') from None
-    except (yaml.YAMLError, UnicodeDecodeError):
-        raise ValueError(f'{path} is not YAML') from None
-    if not isinstance(content, dict):
-        raise ValueError(f'{path} is not a params file')
+    content = _content(checks.path('params file', path))
     changes, others = {}, []
     for place, block in content.items():
         if not isinstance(block, dict) or not isinstance(block.get('ros__parameters'), dict):
             raise ValueError(f'{path} is not a params file: {place} has no ros__parameters')
         node = str(place).rpartition('/')[2]
-        known = DEFAULTS.values() if node == '**' else [DEFAULTS.get(node, {})]
+        nodes = DEFAULTS if node == '**' else [node]
         for name, value in _flat(block['ros__parameters']):
-            name = RENAMED.get((node, name), name)
-            if any(name in names for names in known):
-                changes[name] = value
+            own = RENAMED.get((node, name), name)
+            declared = [named(one)[name] for one in nodes if own in DEFAULTS.get(one, {})]
+            if declared:
+                changes[own] = _accepted(path, declared[0], value)
             else:
                 others.append(f'{node}.{name}')
-    return changed(defaults(), changes), others
+    settings = changed(defaults(), changes)
+    try:
+        check_scene(settings)
+        cloth_of(settings)
+        look_of(settings)
+    except ValueError as error:
+        raise ValueError(f'{path}: {error}') from None
+    return settings, others
+
+
+def _content(path):
+    """Return what is in a params file: a dict; raises ValueError."""
+    import yaml
+    try:
+        with opened(path, LARGEST) as file:
+            content = yaml.safe_load(file)
+    except OSError as error:
+        raise ValueError(f'{path} cannot be read: {error.strerror}') from None
+    except (yaml.YAMLError, UnicodeDecodeError, RecursionError):
+        raise ValueError(f'{path} is not YAML') from None
+    if not isinstance(content, dict):
+        raise ValueError(f'{path} is not a params file')
+    return content
+
+
+def _accepted(path, declaration, value):
+    """Return a value of a params file as settings have it; raises ValueError with the path."""
+    try:
+        accepted = declaration.accept(value)
+    except ValueError as error:
+        raise ValueError(f'{path}: {error}') from None
+    return tuple(accepted) if declaration.is_list else accepted
 
 
 def _flat(block, prefix=''):

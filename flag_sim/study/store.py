@@ -13,11 +13,13 @@
 # limitations under the License.
 
 """Rows of measurements in a folder, which survive an interruption."""
+from collections.abc import Mapping
 import csv
 import io
 import json
 import os
 from pathlib import Path
+from types import MappingProxyType
 
 from flag_sim.parameters import checks
 
@@ -28,13 +30,15 @@ class Store:
     """
     Rows of measurements in a folder, which a later run continues.
 
-    identity: {word: text} of what the rows depend on (version, machine, settings). Raises
-    ValueError where the folder holds something else, rows of another identity, or cannot be
-    written. A row is a dict with a `key` that is unique in its section; it is on the disk before
-    add returns, so that an interruption loses at most the row that is being measured.
+    identity: {word: text} of what the rows depend on (version, machine, settings); unspoken:
+    {word: what is wrong in words} of those whose texts, such as digests, tell people nothing.
+    Raises ValueError where the folder holds something else, rows of another identity, or cannot
+    be written. A row is a dict with a `key` that is unique in its section; it is on the disk
+    before add returns, so that an interruption loses at most the row that is being measured.
     """
 
-    def __init__(self, folder: Path, identity: dict[str, str]):
+    def __init__(self, folder: Path, identity: Mapping[str, str],
+                 unspoken: Mapping[str, str] = MappingProxyType({})):
         self.folder = checks.path('folder', folder)
         self._rows = {}
         mark = self.folder / IDENTITY
@@ -45,18 +49,18 @@ class Store:
                     raise ValueError(f'output must be a new folder or one of a study; '
                                      f'{self.folder} holds something else')
                 mark.write_text(json.dumps(identity, indent=2) + '\n')
-            known = json.loads(mark.read_text())
+            known = _known(mark)
             # Also a folder of a finished study must take plots and a report.
             if not os.access(self.folder, os.W_OK):
                 raise PermissionError('no permission to write there')
         except OSError as error:
-            raise ValueError(f'output {self.folder} cannot be written: {error}') from error
-        except json.JSONDecodeError:
-            raise ValueError(f'output {self.folder} holds a broken {IDENTITY}') from None
-        other = [f'{word} is {known.get(word)!r}, not {text!r}'
+            raise ValueError(f'output {self.folder} cannot be written: '
+                             f'{error.strerror or error}') from error
+        other = [unspoken.get(word) or f'its {word} is {known.get(word)}, not {text}'
                  for word, text in identity.items() if known.get(word) != text]
         if other:
-            raise ValueError(f'output {self.folder} holds another study: {"; ".join(other)}')
+            raise ValueError(f'output {self.folder} holds another study: {"; ".join(other)}. '
+                             f'Name another --output, or remove {self.folder}')
 
     def path(self, section: str) -> Path:
         """Return the path of a section's file."""
@@ -93,6 +97,17 @@ class Store:
             file.flush()
             os.fsync(file.fileno())
         self._by_key(section)[row['key']] = dict(row)
+
+
+def _known(mark):
+    """Return the identity in a study's folder; raises ValueError for what is none."""
+    try:
+        known = json.loads(mark.read_text())
+    except ValueError:  # no JSON, no UTF-8
+        known = None
+    if not isinstance(known, dict):
+        raise ValueError(f'{mark} is broken: name another --output, or remove {mark.parent}')
+    return known
 
 
 def read_csv(path: Path) -> list[dict]:

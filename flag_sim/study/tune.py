@@ -19,6 +19,7 @@ import hashlib
 import shutil
 import sys
 
+from flag_sim.parameters import checks
 from flag_sim.parameters.arguments import given_path, positive
 from flag_sim.study import machine, settings_file
 from flag_sim.study.candidates import require
@@ -55,7 +56,8 @@ def main(args: list[str] | None = None) -> int:
         work = output.with_name(f'{output.name}.unfinished')
         asked = hashlib.sha256(repr(sorted(settings.items())).encode()).hexdigest()
         store = Store(work, {**machine.identity(), 'rate': options.rate,
-                             'seconds': options.seconds, 'settings': asked[:16]})
+                             'seconds': options.seconds, 'settings': asked[:16]},
+                      {**machine.UNSPOKEN, 'settings': 'it is for another params file'})
         try:
             with session(store):
                 search = Search(settings, options.rate, options.seconds, store)
@@ -84,10 +86,11 @@ def main(args: list[str] | None = None) -> int:
 def _require(options):
     """Raise ValueError for a rate or a time that cannot be."""
     if options.rate > RANGES['rate'][1]:
-        raise ValueError(f'rate must be at most {RANGES["rate"][1]:g} Hz, not {options.rate:g}')
+        raise ValueError(f'rate must be at most {RANGES["rate"][1]:g} Hz, not '
+                         f'{checks.text(options.rate)}')
     if options.seconds > LONGEST:
-        raise ValueError(f'seconds must be at most {LONGEST:g}, not {options.seconds:g}: after '
-                         'that no two runs are alike')
+        raise ValueError(f'seconds must be at most {LONGEST:g}, not '
+                         f'{checks.text(options.seconds)}: after that no two runs are alike')
 
 
 def _kept(is_kept: bool, missed: str) -> str:

@@ -22,6 +22,7 @@ import time
 from flag_sim.declarations.nodes import named
 from flag_sim.parameters import checks
 from flag_sim.parameters.config import config_path
+from flag_sim.parameters.plain_file import opened
 from flag_sim.tools.graph import Graph
 import numpy as np
 from rosbags.highlevel import AnyReader
@@ -35,6 +36,9 @@ POLL_PERIOD = 0.1
 IMAGE_TYPES = {'rgb8': (np.uint8, 3), '8UC1': (np.uint8, 1), '32FC1': (np.float32, 1),
                '32FC2': (np.float32, 2), '32FC3': (np.float32, 3)}
 NODES = ('wind', 'physics', 'renderer')
+FIXED = {'frames': 'it is the first argument', 'pace': 'a film is made in lockstep',
+         'wait_for': 'it waits for renderer and recorder', 'paused': 'nobody would end the pause'}
+"""The wind's parameters that a film sets itself, before those of a shot, and why."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -84,8 +88,9 @@ def play(folder: Path, frames: int, topics: Sequence[str] = ('camera/image_raw',
 
     folder: to be made, for the bag and the nodes' logs; shot: a params file, or the name of one of
     config/; nodes: for wind, physics and renderer {parameter: value}, which counts before the
-    shot's. Raises TypeError for other nodes, ValueError for other values, and AssertionError, with
-    the logs, if the shot did not reach its end.
+    shot's. Raises TypeError for other nodes, ValueError for other parameters, for those that are
+    FIXED and for what is no file, FileNotFoundError for a name that config/ has not, and
+    AssertionError, with the logs, if the shot did not reach its end.
     """
     unknown = nodes.keys() - set(NODES)
     if unknown:
@@ -96,10 +101,10 @@ def play(folder: Path, frames: int, topics: Sequence[str] = ('camera/image_raw',
     for node, values in nodes.items():
         for name in values.keys() - named(node).keys():
             raise ValueError(f'{node} has no parameter {name!r}')
+    for name in FIXED.keys() & nodes.get('wind', {}).keys():
+        raise ValueError(f'wind: {name} cannot be given: {FIXED[name]}')
+    files = [] if shot is None else [_shot_file(shot)]
     folder.mkdir(parents=True)
-    is_path = isinstance(shot, Path) or (shot is not None and shot.endswith('.yaml'))
-    files = [] if shot is None else [
-        Path(shot).absolute() if is_path else config_path(f'{shot}.yaml')]
     given = folder / 'given.yaml'
     given.write_text(yaml.safe_dump({
         f'/**/{name}': {'ros__parameters': dict(values)} for name, values in nodes.items()}))
@@ -110,10 +115,21 @@ def play(folder: Path, frames: int, topics: Sequence[str] = ('camera/image_raw',
         graph.start('recorder', '-p', f'path:={folder / "bag"}', '-p', f'frames:={frames}',
                     '-p', f'topics:=[{", ".join(topics)}]')
         graph.start('wind', *arguments, '-p', 'pace:=lockstep', '-p', f'frames:={frames}',
-                    '-p', 'wait_for:=[renderer, recorder]')
+                    '-p', 'wait_for:=[renderer, recorder]', '-p', 'paused:=false')
         awaited, end = ['wind', 'recorder'], time.monotonic() + SECONDS
         while awaited and not graph.failed() and time.monotonic() < end:
             awaited = [name for name in awaited if graph.wait(name, POLL_PERIOD) is None]
         logs = '\n'.join(f'--- {name} said:\n{graph.log(name)}' for name in graph.processes)
         assert not awaited and not graph.failed(), f'the shot did not reach its end\n{logs}'
     return Filmed(folder / 'bag', tuple(topics))
+
+
+def _shot_file(shot):
+    """Return the params file of a shot: a path, or the name of one of config/."""
+    if not isinstance(shot, Path) and not str(shot).endswith('.yaml'):
+        return config_path(f'{shot}.yaml')
+    try:
+        with opened(shot):
+            return Path(shot).absolute()
+    except OSError as error:
+        raise ValueError(f'shot {shot} cannot be read: {error.strerror}') from None

@@ -14,12 +14,15 @@
 
 """Golden frames: images that are stored beside a test, and compared with what it sees."""
 import contextlib
+import os
 from pathlib import Path
 
 from flag_sim.parameters import checks
 import numpy as np
 from PIL import Image
 
+LONGEST_NAME = 255 - len('.difference.png')
+"""Bytes of a name: file systems take 255 of a file's."""
 STRONGER = 8
 """By how much a picture of the difference shows each level."""
 
@@ -41,13 +44,17 @@ class Golden:
         Raise AssertionError unless an image is the stored one.
 
         rgb: (height, width, 3) uint8; levels: by which a pixel's colour may differ. Raises
-        ValueError for other arrays and levels, and for a name with a folder in it.
+        ValueError for other arrays and levels, for one without pixels, and for a name that no file
+        can have or with a folder in it.
         """
         checks.require(getattr(rgb, 'dtype', None) == np.uint8 and rgb.ndim == 3
-                       and rgb.shape[2] == 3, 'rgb', 'of shape (height, width, 3) and uint8',
+                       and rgb.shape[2] == 3 and rgb.size, 'rgb',
+                       'of shape (height, width, 3), neither of them 0, and uint8',
                        f'{getattr(rgb, "shape", None)} {getattr(rgb, "dtype", None)}')
         checks.require(isinstance(name, str) and name and Path(name).name == name, 'name',
                        'of a file, without folders', name)
+        checks.require('\0' not in name and len(os.fsencode(name)) <= LONGEST_NAME, 'name',
+                       f'of a file, of at most {LONGEST_NAME} bytes', name)
         rgb, levels = np.asarray(rgb), checks.whole('levels', levels, 0, 255)
         stored, actual, difference = (self.folder / f'{name}{ending}.png'
                                       for ending in ('', '.actual', '.difference'))
@@ -73,8 +80,12 @@ class Golden:
         """Return in words what is not as it is stored, or '', and the pictures that show it."""
         if not stored.exists():
             return f'there is no {stored}: store what is seen by pytest --golden-update', [rgb]
-        with Image.open(stored) as image:
-            expected = np.asarray(image.convert('RGB'))
+        try:
+            with Image.open(stored) as image:
+                expected = np.asarray(image.convert('RGB'))
+        except (OSError, SyntaxError) as error:  # which Pillow raises of a broken file
+            return (f'{stored} cannot be read: {error}; store it anew by pytest '
+                    '--golden-update'), [rgb]
         if expected.shape != rgb.shape:
             return (f'{stored} is {expected.shape[1]} x {expected.shape[0]} pixels, and what was '
                     f'seen {rgb.shape[1]} x {rgb.shape[0]}'), [rgb]

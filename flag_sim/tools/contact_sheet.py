@@ -26,6 +26,7 @@ from flag_sim.dataset import Clip, Clips
 from flag_sim.parameters.arguments import given_path
 from flag_sim.tools.channels import (
     coordinate_colours, depth_colours, flow_colours, LABEL_COLOURS, normal_colours)
+from flag_sim.tools.small import small
 import numpy as np
 from PIL import Image, ImageDraw
 
@@ -34,6 +35,7 @@ SHOWN = 24
 WIDTH = 192  # of a picture [pixels]
 BAR, TEXT = (60, 110, 170), (20, 20, 20)
 BINS = 24
+LEAST_HEIGHT = 96  # of a histogram, however low the pictures are [pixels]
 MOST_SPREAD = 12
 """How many parameters are shown."""
 COLOURS = {
@@ -52,9 +54,7 @@ def _masked(image):
 
 def picture(clip: Clip, name: str, frame: int) -> Image.Image:
     """Return a frame of a clip's images in colours."""
-    image = clip[name][frame]
-    height = round(WIDTH * image.shape[0] / image.shape[1])
-    return Image.fromarray(COLOURS[name](image)).resize((WIDTH, height), Image.Resampling.LANCZOS)
+    return small(COLOURS[name](clip[name][frame]), WIDTH)
 
 
 def histogram(name: str, values: Sequence[float], height: int) -> Image.Image:
@@ -97,7 +97,7 @@ def sheet(clips: Clips, seed: int = 1) -> Image.Image:
     first, middle = _largest(clips, chosen)
     rows = [parts, [_labelled(picture(first, name, middle), name) for name in COLOURS
                     if name in first and name != 'colour'],
-            [histogram(name, values, parts[0].height)
+            [histogram(name, values, max(parts[0].height, LEAST_HEIGHT))
              for name, values in spread_of(clips).items()]]
     return _tiled(rows)
 
@@ -120,7 +120,7 @@ def _labelled(image, text):
 
 def _tiled(groups):
     """Return pictures side by side, each group from a new row on."""
-    height = groups[0][0].height
+    height = max(part.height for group in groups for part in group)
     rows = [group[k:k + COLUMNS] for group in groups for k in range(0, len(group), COLUMNS)]
     image = Image.new('RGB', (COLUMNS * WIDTH, len(rows) * height), 'white')
     for row, parts in enumerate(rows):

@@ -25,6 +25,8 @@ from typing import NamedTuple
 
 from flag_sim.parameters.arguments import given_path
 from flag_sim.parameters.config import config_path
+from flag_sim.parameters.file_targets import LARGEST, PARAMETERS
+from flag_sim.parameters.plain_file import opened
 from flag_sim.tools.domains import NoDomain
 from flag_sim.tools.film import (
     count_images, images_of, write_animation, write_contact_sheet, write_movie)
@@ -121,8 +123,14 @@ def play(shot: Path, frames: int, out: Path, signals: Sequence) -> Played:
 
 def frames_of(path: Path) -> int | None:
     """Return the number of frames of a params file, or None if it is not a shot."""
-    wind = yaml.safe_load(path.read_text()).get('/**/wind', {})
-    return wind.get('ros__parameters', {}).get('frames')
+    try:
+        with opened(path, LARGEST) as file:
+            found = yaml.safe_load(file)
+    except (OSError, ValueError, yaml.YAMLError):
+        return None
+    for key in ('/**/wind', PARAMETERS, 'frames'):
+        found = found.get(key) if isinstance(found, dict) else None
+    return found if type(found) is int else None
 
 
 def shots() -> list[str]:
@@ -157,9 +165,10 @@ def film(shot: Path, frames: int, out: Path) -> int:
     if importlib.util.find_spec('av'):
         write_movie(images_of(bag), out / 'demo.mp4')
         made['demo.mp4'] = 'the shot at its own speed and size'
-    write_animation(images_of(bag), out / 'demo.gif')
+    shown = write_animation(images_of(bag), out / 'demo.gif')
     write_contact_sheet(images_of(bag), frames, out / 'demo.png')
-    made.update({'demo.gif': 'the shot at its own speed, smaller', 'demo.png': 'a contact sheet'})
+    made.update({'demo.gif': f'the shot at its own speed, smaller, {shown} of its frames',
+                 'demo.png': 'a contact sheet'})
     rate = f' at {played.rate:.0f} frames/s' if played.rate else ''
     waited = '' if played.waited is None else f', the first after {played.waited:.0f} s'
     print(f'{frames} frames{rate}{waited}. Made:',
@@ -188,7 +197,7 @@ def main(args: Sequence[str] | None = None) -> int:
         if not os.access(options.out, os.W_OK):
             raise PermissionError('no permission to write there')
     except OSError as error:
-        parser.error(f'out {options.out} cannot be written: {error}')
+        parser.error(f'out {options.out} cannot be written: {error.strerror or error}')
     return film(shot, frames, options.out)
 
 

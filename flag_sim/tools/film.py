@@ -21,8 +21,10 @@ would be 166 MB for each second.
 from collections.abc import Iterable, Iterator
 import fractions
 import itertools
+import math
 from pathlib import Path
 
+from flag_sim.tools.small import small
 import numpy as np
 from PIL import Image, ImageDraw
 from rosbags.highlevel import AnyReader
@@ -31,6 +33,8 @@ IMAGES = '/camera/image_raw'
 SHEET_COLUMNS, SHEET_ROWS = 4, 3
 GIF_WIDTH = 480  # pixels
 GIF_STEP = 2  # every second frame: viewers show no more than 50 images a second
+GIF_SHORTEST = 2  # hundredths of a second that an image stands: viewers take 1 and 0 for 10
+GIF_LONGEST = 0xFFFF  # hundredths of a second: as many as its file can say
 MOVIE_CLOCK = 90_000  # ticks a second, of which all usual rates are parts
 MOVIE_LOSS = '18'  # x264's constant rate factor: hardly to be told from the picture
 BT709 = 1  # matrix, primaries and transfer of ITU-R BT.709, as H.273 numbers them
@@ -54,10 +58,14 @@ def count_images(bag: str | Path, topic: str = IMAGES) -> int:
         return sum(c.msgcount for c in reader.connections if c.topic == topic)
 
 
-def _small(rgb, width):
-    image = Image.fromarray(rgb)
-    height = max(1, round(image.height * width / image.width))
-    return image.resize((width, height), Image.Resampling.LANCZOS)
+def _thinned(frames):
+    """Yield every second of frames (stamp [s], rgb), but none too soon after another."""
+    last = -math.inf
+    for stamp, rgb in itertools.islice(frames, 0, None, GIF_STEP):
+        moment = round(100 * stamp)
+        if moment - last >= GIF_SHORTEST:
+            last = moment
+            yield stamp, rgb
 
 
 def quantized(image: Image.Image) -> Image.Image:
@@ -77,17 +85,23 @@ def quantized(image: Image.Image) -> Image.Image:
     return chosen
 
 
-def write_animation(frames: Iterable[tuple[float, np.ndarray]], path: str | Path) -> None:
-    """Write a GIF that plays `frames` (stamp [s], rgb) at their own speed, again and again."""
-    kept = [(stamp, quantized(_small(rgb, GIF_WIDTH)))
-            for stamp, rgb in itertools.islice(frames, 0, None, GIF_STEP)]
+def write_animation(frames: Iterable[tuple[float, np.ndarray]], path: str | Path) -> int:
+    """
+    Write a GIF that plays `frames` (stamp [s], rgb) at their own speed, again and again.
+
+    It has every second frame, 50 a second at most, made small to GIF_WIDTH; each stands for
+    GIF_LONGEST at most. Return how many frames it has.
+    """
+    kept = [(stamp, quantized(small(rgb, GIF_WIDTH))) for stamp, rgb in _thinned(frames)]
     stamps = [stamp for stamp, _ in kept]
     stamps.append(2 * stamps[-1] - stamps[-2] if len(kept) > 1 else stamps[-1] + 1.0)
     # A GIF counts in hundredths: round the moments, not the durations, and no time is lost.
-    moments = [10 * round(100 * stamp) for stamp in stamps]
-    durations = [after - before for before, after in zip(moments, moments[1:])]
+    moments = [round(100 * stamp) for stamp in stamps]
+    durations = [10 * min(after - before, GIF_LONGEST)
+                 for before, after in zip(moments, moments[1:])]
     kept[0][1].save(path, save_all=True, append_images=[image for _, image in kept[1:]],
                     duration=durations, loop=0, optimize=False)
+    return len(kept)
 
 
 def write_movie(frames: Iterable[tuple[float, np.ndarray]], path: str | Path) -> None:
@@ -135,10 +149,10 @@ def write_contact_sheet(frames: Iterable[tuple[float, np.ndarray]], count: int, 
     """Write a PNG of images evenly spread over `count` frames (stamp [s], rgb), with times."""
     shown = min(SHEET_COLUMNS * SHEET_ROWS, count)
     chosen = {round(i) for i in np.linspace(0, count - 1, shown)}
-    images = [(stamp, _small(rgb, width))
+    images = [(stamp, small(rgb, width))
               for index, (stamp, rgb) in enumerate(frames) if index in chosen]
     rows = -(-shown // SHEET_COLUMNS)
-    height = images[0][1].height
+    height = max(image.height for _, image in images)
     sheet = Image.new('RGB', (SHEET_COLUMNS * width, rows * height), 'white')
     for i, (stamp, image) in enumerate(images):
         # White in a black outline can be read on any background.

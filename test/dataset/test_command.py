@@ -222,6 +222,15 @@ def test_a_bad_recipe_makes_nothing(run):
         assert status == 2 and words in said and not run.folder.exists()
 
 
+def test_a_flag_that_is_never_seen_shows_as_clips_are_made(run):
+    """As the page says: all are listed as failed, and the status tells that none is whole."""
+    away = text({'clips: 3': 'clips: 2'}, channels=['labels']).replace(
+        '  renderer.width', '  renderer.camera.target: [0.0, 0.0, 500.0]\n  renderer.width')
+    status, said = run(content=away)
+    assert status == 1 and '0 clips of 0 GB, 2 could not be made' in said
+    assert 'clip 1: the camera does not see the flag in any frame' in said
+
+
 def test_a_run_that_came_to_no_clip_leaves_no_dataset(run, monkeypatch, tmp_path):
     """So another recipe can be tried in the same place; a folder that was there stays, empty."""
     def fail(address):

@@ -79,6 +79,11 @@ def test_large_seeds_are_not_rounded():
     assert [recipe({'seed: 7': f'seed: {seed}'}).seed for seed in seeds] == seeds
 
 
+def test_what_stands_twice_in_a_choice_is_drawn_twice_as_often():
+    words = drawn('{choice: [xpbd, rk4, xpbd]}', 'physics.solver')
+    assert (words == 'xpbd').mean() == pytest.approx(2.0 / 3.0, abs=0.04)
+
+
 def test_splits_are_of_the_share_and_stay_when_there_are_more_clips():
     three = recipe(more='splits: {train: 0.5, validation: 0.2, test: 0.3}\n')
     names = [three.draw(number).split for number in range(2000)]
@@ -167,6 +172,11 @@ def test_a_bad_recipe_is_refused_with_its_line(line, words, changes):
 
 @pytest.mark.parametrize('words, more', [
     ('1 together, not 0.9', 'splits: {train: 0.5, test: 0.4}'),
+    ('1 together, not 0.9999999', 'splits: {a: 0.3333333, b: 0.3333333, c: 0.3333333}'),
+    ('test must begin at 12.0000001, where train ends, not at 12.0000002',
+     'splits: {by: wind.speed, train: [3, 12.0000001], test: [12.0000002, 14]}'),
+    ('must end at 14, where wind.speed ends, not at 13.9999999',
+     'splits: {by: wind.speed, train: [3, 13.9999999]}'),
     ('between 0 and 1', 'splits: {train: 1.5, test: -0.5}'),
     ('from 1 to 100 splits', 'splits: {by: wind.speed}'),
     ('draws from a range', 'splits: {by: wind.azimuth, train: [0, 1]}'),

@@ -56,3 +56,17 @@ def test_verify_names_what_is_no_clip_and_no_manifest(run):
     assert status == 1 and 'manifest-000001-of-000002.parquet cannot be read' in said
     (run.folder / 'manifest-000001-of-000002.parquet').unlink()
     assert run('--verify')[0] == 0
+
+
+def test_a_clip_of_another_size_is_told_and_made_again(run):
+    """It is there, and no digest is needed to see that it has changed."""
+    run()
+    cut = run.folder / 'clips/000000/000000000.npz'
+    cut.write_bytes(cut.read_bytes()[:-100])
+    status, said = run('--verify')
+    assert status == 1 and 'not there are' not in said
+    assert ('clip 0: clips/000000/000000000.npz has another size than was written: the command '
+            'that made it makes it again') in said
+    assert '2 clips are whole, 0 could not be made, 1 are not as' in said
+    assert ', 0 are not there' in said
+    assert run()[0] == 0 and run('--verify')[0] == 0

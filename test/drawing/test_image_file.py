@@ -17,13 +17,13 @@ import os
 import struct
 import zlib
 
-from flag_sim.drawing.image_file import MOST_PIXELS, read_picture
+from flag_sim.drawing.image_file import _opaque, MOST_PIXELS, read_picture
 from flag_sim.drawing.texture import ENCODE, LARGEST
 from flag_sim.parameters.config import config_path
 from flag_sim.tools.images import HEIGHT, IMAGES, main, WIDTH
 from hypothesis import given
 import numpy as np
-from PIL import Image
+from PIL import Image, ImageOps
 import pytest
 from support.damage import damaged, inputs
 
@@ -61,6 +61,57 @@ def test_grey_palettes_and_what_is_transparent(tmp_path):
     np.testing.assert_array_equal(
         shown(read_picture(tmp_path / 'glass.png').texture),
         np.where(glass[..., 3:] == 0, 255, glass[..., :3]))
+
+
+@pytest.mark.parametrize('kind', ['png', 'tiff', 'pgm'])
+def test_grey_of_16_bits_is_as_bright_as_of_8(tmp_path, kind):
+    grey = blots(5, 7)[..., 0]
+    Image.fromarray(257 * grey.astype(np.uint16)).save(tmp_path / f'deep.{kind}')
+    np.testing.assert_array_equal(shown(read_picture(tmp_path / f'deep.{kind}').texture)[..., 0],
+                                  grey)
+
+
+def test_grey_of_16_bits_as_older_versions_of_pillow_read_it():
+    """Their mode for a PNG of 16 bits is I; what is transparent is seen before white."""
+    image = Image.fromarray(np.int32([[0, 0x7fff, 0xffff, 0x1234]]))
+    image.format, image.info = 'PNG', {'transparency': 0x1234}
+    assert image.mode == 'I'
+    assert np.asarray(_opaque(Image, image))[0, :, 0].tolist() == [0, 127, 255, 255]
+
+
+@pytest.mark.parametrize('values, mode', [(np.float32([[0.0, 0.5, 1.0]]), 'F'),
+                                          (np.int32([[0, 1 << 20, 1 << 30]]), 'I')])
+def test_numbers_that_say_not_how_bright_they_are_are_refused(tmp_path, values, mode):
+    """The first was black, and the second white where it is above 255."""
+    Image.fromarray(values).save(tmp_path / 'deep.tiff')
+    with pytest.raises(ValueError, match=f'deep.tiff .* mode {mode}, with 32 bits'):
+        read_picture(tmp_path / 'deep.tiff')
+
+
+@pytest.mark.parametrize('kind', ['png', 'tiff', 'webp'])
+@pytest.mark.parametrize('orientation', range(10))
+def test_a_picture_is_turned_as_its_exif_says(tmp_path, kind, orientation):
+    """Also where it is not square; other numbers than 1 to 8 say nothing."""
+    exif, image = Image.Exif(), Image.fromarray(blots(3, 5))
+    exif[0x0112] = orientation
+    image.save(tmp_path / f'a.{kind}', exif=exif, lossless=True)
+    picture, upright = read_picture(tmp_path / f'a.{kind}'), image
+    if 1 <= orientation <= 8:
+        image.getexif()[0x0112] = orientation
+        upright = ImageOps.exif_transpose(image)
+    assert picture.size == picture.texture.size == upright.size
+    np.testing.assert_array_equal(shown(picture.texture), np.asarray(upright))
+
+
+def test_a_photograph_is_turned_and_a_broken_exif_block_says_nothing(tmp_path):
+    image = Image.fromarray(np.uint8(np.linspace(0, 255, 64 * 32)).reshape(32, 64))
+    exif = Image.Exif()
+    exif[0x0112] = 6
+    image.save(tmp_path / 'a.jpg', exif=exif, quality=95)
+    turned = shown(read_picture(tmp_path / 'a.jpg').texture)[..., 0].astype(int)
+    assert np.abs(turned - np.rot90(np.asarray(image), -1)).max() < 4
+    image.save(tmp_path / 'b.jpg', exif=b'Exif\0\0MM\0*\xff\xff\xff\xff', quality=95)
+    assert read_picture(tmp_path / 'b.jpg').size == (64, 32)
 
 
 def test_a_huge_picture_is_scaled_down_in_linear_light(tmp_path):

@@ -78,13 +78,44 @@ def test_a_keyed_image_that_is_broken_leaves_the_frame_the_one_before(domain, tm
 def test_a_huge_image_is_scaled_down_with_a_word(domain, tmp_path):
     huge, said = save(tmp_path / 'huge.png', size=(6000, 10)), []
     with made('renderer', domain, tmp_path) as node:
-        node.get_logger = lambda: type('Log', (), {
-            'warning': said.append, 'info': lambda *_: None})
+        node._log.warn = lambda words, _: said.append(words)
         assert put(node, huge).successful
         assert put(node, save(tmp_path / 'small.png')).successful
-        node.get_logger = type(node).get_logger.__get__(node)
     assert len(said) == 1
     assert f'{huge} has 6000 x 10 pixels' in said[0] and '2048 x 3' in said[0]
+
+
+def test_a_file_that_broke_is_told_and_refused_where_it_is_set_again(domain, tmp_path):
+    """As one that is written just now, a folder in its place, one that has gone."""
+    path, said = save(tmp_path / 'flag.png', 100), []
+    whole = (tmp_path / 'flag.png').read_bytes()
+
+    def cut():
+        (tmp_path / 'flag.png').write_bytes(whole[:50])
+
+    def folder():
+        (tmp_path / 'flag.png').unlink()
+        (tmp_path / 'flag.png').mkdir()
+
+    def gone():
+        (tmp_path / 'flag.png').rmdir()
+
+    with made('renderer', domain, tmp_path, f'flag.image:={path}') as node:
+        node._log.warn = lambda words, _: said.append(words)
+        first = picture_of(path)
+        for spoil, reason in ((cut, ''), (folder, 'Is a directory'), (gone, 'No such file')):
+            spoil()
+            said.clear()
+            other = node.set_parameters_atomically([to_parameter('camera.distance', 9.0)])
+            assert other.successful and picture_of(path) is first
+            assert len(said) == 1 and path in said[0] and reason in said[0]
+            assert said[0].endswith('the picture that was read from it before stays')
+            result = put(node, path)
+            assert not result.successful and path in result.reason and reason in result.reason
+            assert node._merge({'flag.image': path})['flag.image'] == path and not node._clash
+        (tmp_path / 'flag.png').write_bytes(whole)
+        said.clear()
+        assert put(node, path).successful and not said and picture_of(path) is not first
 
 
 def test_a_file_is_read_again_once_it_has_changed(tmp_path):

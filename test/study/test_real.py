@@ -14,6 +14,7 @@
 """The comparison with real flags: its figures on known motions, its verdicts, its command."""
 import functools
 import math
+import re
 
 from flag_sim.cloth import Cloth, Diverged
 from flag_sim.declarations.factories import cloth_of
@@ -160,7 +161,10 @@ def test_the_command_writes_a_report(quick, params, tmp_path, capsys):
     assert study.main(arguments) == 0 and (folder / 'real.csv').read_text() == rows
     with pytest.raises(SystemExit):
         study.main(['--real', '--output', str(folder)])
-    assert 'holds another study: flag' in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert (f'output {folder} holds another study: it is of another flag. Name another --output, '
+            f'or remove {folder}') in said.replace('\n', ' ')
+    assert not re.search('[0-9a-f]{16}', said.replace(str(tmp_path), ''))
 
 
 def test_pictures_are_of_a_flag_that_moves():
@@ -188,12 +192,29 @@ def test_a_short_time_measures_one_wind_and_says_so(quick, params, tmp_path):
     ('/physics:\n  ros__parameters:\n    air.density: 0.0\n', 'must be above zero'),
     ('/physics:\n  ros__parameters:\n    grid.rows: 1\n', 'rows must be'),
     ('/physics:\n  ros__parameters:\n    air.added_mass: 0.5\n    solver: verlet\n',
-     'added_mass above 0 needs solver symplectic')])
+     'added_mass above 0 needs solver symplectic'),
+    ('/physics:\n  ros__parameters: {gravity: down}\n', 'gravity must be a number from'),
+    ('/wind:\n  ros__parameters: {rate: fast}\n', 'rate must be a number from'),
+    ('/**:\n  ros__parameters: {pole.height: 0.3, pole.diameter: 1.0}\n',
+     'pole.diameter 1 m must be less than'),
+    ('/renderer:\n  ros__parameters: {flag.image: none.png}\n', 'flag.image: none.png'),
+    ('/physics:\n  ros__parameters: {area_density: 1.0e-6}\n', 'half as heavy: area_density')])
 def test_flags_that_cannot_be_compared_are_refused(text, words, tmp_path, capsys):
     path = tmp_path / 'mine.yaml'
     if text is not None:
         path.write_text(text)
-    with pytest.raises(SystemExit):
+    with pytest.raises(SystemExit) as refusal:
         study.main(['--real', str(path), '--output', str(tmp_path / 'real')])
+    assert refusal.value.code == 2 and words in capsys.readouterr().err
+    assert not (tmp_path / 'real').exists()
+
+
+@pytest.mark.parametrize('path, words', [
+    ('.', 'Is a directory'), ('/dev/null', 'is not a file'), ('', 'a path must be named')])
+def test_what_is_no_file_is_no_flag(path, words, quick, tmp_path, capsys, monkeypatch):
+    """Nor is it taken for the default one."""
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit):
+        study.main(['--real', path, '--output', 'real'])
     assert words in capsys.readouterr().err
     assert not (tmp_path / 'real').exists()

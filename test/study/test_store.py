@@ -78,9 +78,11 @@ def test_other_folders_are_refused(tmp_path):
         Store(tmp_path / 'mine', SAME)
     assert os.listdir(tmp_path / 'mine') == ['letter.txt']
     Store(tmp_path / 'study', SAME)
-    with pytest.raises(ValueError, match="machine is 'this', not 'that'"):
+    with pytest.raises(ValueError, match='its machine is this, not that. Name another --output'):
         Store(tmp_path / 'study', {**SAME, 'machine': 'that'})
-    with pytest.raises(ValueError, match='cannot be written'):
+    with pytest.raises(ValueError, match='another study: another one measured. Name another'):
+        Store(tmp_path / 'study', {**SAME, 'version': 2}, {'version': 'another one measured'})
+    with pytest.raises(ValueError, match='cannot be written: Not a directory'):
         Store(tmp_path / 'mine' / 'letter.txt' / 'below', SAME)
 
 
@@ -104,3 +106,10 @@ def test_time_is_shared(monkeypatch):
         assert own.allows(own.left() - 1.0) and not own.allows(own.left())
         now[0] += 5.0
     assert found == [25.0, 95.0]
+
+
+@pytest.mark.parametrize('mark', [b'{', b'[]', b'\xff'])
+def test_a_mark_that_is_broken_is_told(tmp_path, mark):
+    (tmp_path / 'study.json').write_bytes(mark)
+    with pytest.raises(ValueError, match='study.json is broken: name another --output'):
+        Store(tmp_path, SAME)

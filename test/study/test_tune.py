@@ -253,5 +253,13 @@ def test_what_cannot_be_is_refused(tmp_path, capsys):
     away.write_text('/renderer:\n  ros__parameters:\n    width: -3\n')
     assert 'width must be' in refused(
         capsys, '--error-px', 1, '--params-file', away, '--output', new)
+    away.write_text('/physics:\n  ros__parameters:\n    air.added_mass: 0.5\n')
+    assert 'air.added_mass must be 0 here, not 0.5' in refused(
+        capsys, '--error-px', 1, '--params-file', away, '--output', new)
+    assert 'rate must be at most 1000 Hz, not 1000.0000001' in refused(
+        capsys, '--error-px', 1, '--rate', 1000.0000001, '--output', new)
+    for bad, words in ((tmp_path, 'Is a directory'), ('/dev/null', 'is not a file')):
+        assert words in refused(
+            capsys, '--error-px', 1, '--params-file', bad, '--output', new)
     assert sorted(path.name for path in tmp_path.iterdir()) == [
         'away.yaml', 'mine.yaml', 'old.yaml']

@@ -96,16 +96,33 @@ def test_arrays_of_any_layout_are_compared(tmp_path):
 
 def test_what_is_no_picture_is_refused(tmp_path):
     golden = Golden(tmp_path / 'golden', True)
-    for rgb in (np.zeros((4, 4), np.uint8), np.zeros((4, 4, 4), np.uint8), np.zeros((4, 4, 3)), 3):
+    for rgb in (np.zeros((4, 4), np.uint8), np.zeros((4, 4, 4), np.uint8), np.zeros((4, 4, 3)), 3,
+                np.zeros((0, 3, 3), np.uint8), np.zeros((3, 0, 3), np.uint8)):
         with pytest.raises(ValueError, match='rgb must be of shape'):
             golden('x', rgb)
     for name in ('a/x', '', None, 3):
         with pytest.raises(ValueError, match='without folders'):
             golden(name, np.zeros((4, 4, 3), np.uint8))
+    for name in (300 * 'x', 121 * 'ä', 'a\0b'):
+        with pytest.raises(ValueError, match='name must be of a file, of at most 240 bytes'):
+            golden(name, np.zeros((4, 4, 3), np.uint8))
     for levels in (-1, 256, np.nan, np.zeros(3), '1'):
         with pytest.raises(ValueError, match='levels must be'):
             golden('x', np.zeros((4, 4, 3), np.uint8), levels)
     assert not (tmp_path / 'golden').exists()
+
+
+def test_the_longest_name_has_room_for_what_differs(tmp_path):
+    golden = Golden(tmp_path, True)
+    golden(240 * 'x', np.zeros((4, 4, 3), np.uint8))
+    with pytest.raises(AssertionError, match='x.difference.png'):
+        Golden(tmp_path)(240 * 'x', np.ones((4, 4, 3), np.uint8))
+
+
+def test_a_stored_frame_that_is_broken_is_told(tmp_path):
+    (tmp_path / 'x.png').write_text('half of it')
+    with pytest.raises(AssertionError, match='x.png cannot be read: .* by pytest --golden-update'):
+        Golden(tmp_path)('x', np.zeros((4, 4, 3), np.uint8))
 
 
 def test_a_folder_that_cannot_be_written_says_what_differs(tmp_path, monkeypatch):
@@ -127,7 +144,14 @@ def test_what_cannot_be_filmed_says_why(tmp_path):
     for given, said in (
             ({'frames': 0}, 'frames must be'), ({'topics': 'vertices'}, 'topics must be'),
             ({'topics': []}, 'topics must be'),
-            ({'renderer': {'widht': 3}}, "renderer has no parameter 'widht'")):
+            ({'renderer': {'widht': 3}}, "renderer has no parameter 'widht'"),
+            ({'wind': {'frames': 5}}, 'wind: frames cannot be given: it is the first argument'),
+            ({'wind': {'speed': 3.0, 'pace': 'realtime'}}, 'wind: pace cannot be given'),
+            ({'wind': {'wait_for': []}}, 'wind: wait_for cannot be given'),
+            ({'wind': {'paused': True}}, 'wind: paused cannot be given'),
+            ({'shot': tmp_path}, 'shot .* cannot be read: Is a directory'),
+            ({'shot': 'gone.yaml'}, 'shot gone.yaml cannot be read: No such file'),
+            ({'shot': Path('/dev/null')}, '/dev/null is not a file')):
         with pytest.raises(ValueError, match=said):
             play(tmp_path / 'c', **{'frames': 3, **given})
     assert not (tmp_path / 'c').exists()

@@ -44,3 +44,14 @@ def test_what_cannot_be_written_is_refused_at_once(tmp_path, file, capsys):
 def test_a_folder_without_clips_is_said_to_be_one(tmp_path, capsys):
     assert main([str(tmp_path), str(tmp_path / 'a.png')]) == 1
     assert 'has no manifest' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('width, height', [(2, 600), (600, 2)])
+def test_slim_pictures_make_no_endless_sheet(tmp_path, width, height):
+    recipe, folder = tmp_path / 'mine.yaml', tmp_path / 'set'
+    recipe.write_text(text(channels=['colour']).replace('width: 64', f'width: {width}').replace(
+        'height: 48', f'height: {height}'))
+    assert make([str(recipe), '--output', str(folder), '--shard', '1/1']) == 0
+    assert main([str(folder), str(tmp_path / 'a.png')]) == 0
+    with Image.open(tmp_path / 'a.png') as sheet:
+        assert sheet.width == COLUMNS * WIDTH and sheet.height <= 2 * 2 * WIDTH

@@ -47,6 +47,17 @@ def test_a_folder_that_cannot_be_written_is_one_line_and_status_2(tmp_path, caps
         demo.main(['--out', str(tmp_path / out)])
     said = capsys.readouterr().err.splitlines()[-1]
     assert end.value.code == 2 and f'{tmp_path / out} cannot be written' in said
+    assert 'Errno' not in said
+
+
+@pytest.mark.parametrize('content', [
+    '[1]', 'a: b: c', '/**/wind: 3', '/**/wind: {ros__parameters: {frames: many}}', '\xff'])
+def test_a_file_elsewhere_that_is_no_shot_is_refused(tmp_path, capsys, content):
+    (tmp_path / 'mine.yaml').write_bytes(content.encode('latin-1'))
+    with pytest.raises(SystemExit) as end:
+        demo.main(['--shot', str(tmp_path / 'mine'), '--out', str(tmp_path / 'out')])
+    assert end.value.code == 2 and 'is not a shot' in capsys.readouterr().err
+    assert not (tmp_path / 'out').exists()
 
 
 def test_every_shot_has_frames():

@@ -55,6 +55,29 @@ def test_an_animation_shows_the_colours_of_every_frame(sunrise, tmp_path):
     assert sum(duration for duration, _ in shown) == 400
 
 
+@pytest.mark.parametrize('size', [(600, 2), (2000, 1), (1, 2000), (360, 480)])
+def test_pictures_of_any_proportions_have_a_bounded_size(tmp_path, size):
+    """A slim one was enlarged to the whole width, and so to more lines than a GIF can have."""
+    frames = [(number / 30.0, np.full((*size, 3), 50 * number, np.uint8)) for number in range(4)]
+    assert write_animation(frames, tmp_path / 'a.gif') == 2
+    write_contact_sheet(frames, 4, tmp_path / 'a.png')
+    for name, width, cells in (('a.gif', 480, 1), ('a.png', 320, 4)):
+        with Image.open(tmp_path / name) as image:
+            assert image.width <= cells * width and image.height <= 2 * width
+            assert image.width == cells * width or image.height == 2 * width
+
+
+@pytest.mark.parametrize('rate, kept, milliseconds', [
+    (1000.0, 11, 220), (100.0, 100, 2000), (60.0, 100, 3330), (1e-3, 100, 65_535_000)])
+def test_an_animation_lasts_at_any_rate(tmp_path, rate, kept, milliseconds):
+    """No image stands for less than viewers can show, nor for longer than its file can say."""
+    frames = ((n / rate, np.full((2, 2, 3), n, np.uint8)) for n in range(200))
+    assert write_animation(frames, tmp_path / 'a.gif') == kept
+    with Image.open(tmp_path / 'a.gif') as animation:
+        durations = [image.info['duration'] for image in ImageSequence.Iterator(animation)]
+    assert len(durations) == kept and sum(durations) == milliseconds and min(durations) >= 20
+
+
 @pytest.mark.parametrize('rate', [30.0, 59.94])
 def test_a_movie_has_every_frame_at_its_time_and_size(sunrise, tmp_path, rate):
     """Its colours are near, and odd sides grow by a pixel."""

@@ -50,7 +50,7 @@ class Real:
                  winds: tuple[float, ...] = WINDS):
         lighter = changed(settings, {'area_density': 0.5 * settings['area_density']})
         self.settings = {OWN: settings, LIGHTER: lighter}
-        self.flags = {name: Flag.of(cloth_of(one)) for name, one in self.settings.items()}
+        self.flags = {name: _flag_of(name, one) for name, one in self.settings.items()}
         self.trial, self.winds = trial, winds
 
     def batches(self, store: Store) -> Iterator[Batch]:
@@ -178,3 +178,10 @@ mean load on the pole, by rho U^2 L H / 2. Lift: by the weight.
                 axes.plot(*zip(*points), label=name, **style)
         axes.set_ylim(bottom=0.0)
         axes.grid(alpha=0.3)
+
+
+def _flag_of(name, settings):
+    try:
+        return Flag.of(cloth_of(settings))
+    except ValueError as error:
+        raise ValueError(f'{name}: {error}') from None
