@@ -24,14 +24,13 @@ from pathlib import Path
 import statistics
 import time
 
+from drawing import frames
 from flag_sim.drawing import (
     Camera, Dimensions, flag_scene, LastFrame, Light, Materials, Picture, Style, Texture)
 from flag_sim.parameters.arguments import given_path
 from flag_sim.parameters.config import config_path
 import numpy as np
 from PIL import Image
-
-from drawing import frames
 
 CAMERA = Camera(1280, 720)
 FLAGS = frames(41, 61)
@@ -62,7 +61,8 @@ def cases():
         'plain': plain, 'a picture': (flag, *plain[1:]),
         'a photo': (with_image(photo()), *plain[1:]),
         'shadows': (plain[0], shadows, *plain[2:]), 'both': (flag, shadows, *plain[2:]),
-        'ground': (*plain[:2], ground, ()), 'sky': (plain[0], Style(sky_gradient=True), *plain[2:]),
+        'ground': (*plain[:2], ground, ()),
+        'sky': (plain[0], Style(sky_gradient=True), *plain[2:]),
         'all looks': (flag, Style(shadows=True, sky_gradient=True), ground, ()),
         **{name: (*plain[:3], (name,)) for name in FIVE}, 'five channels': (*plain[:3], FIVE)}
 
