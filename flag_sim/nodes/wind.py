@@ -58,7 +58,8 @@ class Wind(AnimationNode):
         self._message = frame_message.FrameMessage(self.get_fully_qualified_name())
         self._delivery = Delivery(self, self._send_again, self._on_done)
         names = self.values['wait_for'] and ['physics', *self.values['wait_for']]
-        self._gathering = Gathering(self, 'parameters', names)
+        # The clients by which the others are asked for their parameters take 8 ms to be made.
+        self._gathering = Gathering(self, 'parameters', names, self.companions.look)
         self._keyframes = Keyframes()
         self._missed = MissedFrames()
         # When _send_due last ran: steady time and process CPU time [s].
@@ -143,7 +144,7 @@ class Wind(AnimationNode):
             self._delivery.resend_overdue(now)
             self._fill_window()
         elif not self.values['paused'] and self._gathering.is_over(now):
-            self._send_due(now)
+            self._send_due(time.monotonic())
         self._end_if_done(now)
 
     def _on_step(self, _):

@@ -15,6 +15,14 @@
 """The clock of a take: which frame is next, its stamp, and when it is due."""
 from collections.abc import Callable
 from fractions import Fraction
+import math
+
+LATEST = 0.75
+"""
+Parts of a period that a frame may leave late in real time.
+
+One that would leave later still is left out: it would meet the next one, which is on time again.
+"""
 
 
 class FrameClock:
@@ -75,9 +83,13 @@ class FrameClock:
         self._due_origin = None  # (steady time [s], frame that was due at it)
 
     def due(self, now: float) -> int:
-        """Return the index of the frame that is due at steady time `now` [s], or the next one."""
+        """
+        Return the index of the frame that is sent at steady time `now` [s].
+
+        That is the next one; those that are more than LATEST of a period late are passed over.
+        """
         if self._due_origin is None:
             self._due_origin = now, self.index
             self.meet_wall()
         begin, first = self._due_origin
-        return max(first + round((now - begin) * self._rate), self.index)
+        return max(first + math.ceil((now - begin) * self._rate - LATEST), self.index)

@@ -80,9 +80,9 @@ class Companions:
         self._looks = 0
         node.create_subscription(ParameterEvent, '/parameter_events', self._on_event,
                                  qos_profile_parameter_events)
-        node.create_timer(POLL_PERIOD, self._look)
+        node.create_timer(POLL_PERIOD, self.look)
 
-    def _look(self):
+    def look(self) -> None:
         """Find the nodes that are there, and ask those that have not sent their values."""
         self._looks += 1
         present = subscribers(self._node, 'parameters')

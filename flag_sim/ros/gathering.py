@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """Gathering: what a sender in real time waits for before its first frame."""
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 import time
 
 from flag_sim.ros.topics import subscribers
@@ -33,13 +33,16 @@ class Gathering:
     begins once all are there, or LONGEST after its start with those that are.
 
     node: the sender, which publishes `topic` of `topics.TOPICS`; names: of the nodes that are
-    waited for, without their namespaces; None: any one is.
+    waited for, without their namespaces; None: any one is. then(): called once, when it is over,
+    for what would take too long between two frames.
     """
 
-    def __init__(self, node: Node, topic: str, names: Iterable[str] | None):
+    def __init__(self, node: Node, topic: str, names: Iterable[str] | None,
+                 then: Callable[[], None] = lambda: None):
         self._node = node
         self._topic = topic
         self._names = names
+        self._then = then
         self._deadline = time.monotonic() + LONGEST
         self._is_over = False
 
@@ -54,4 +57,6 @@ class Gathering:
                 self._node.get_logger().info(
                     f'begins without {", ".join(absent)}: no node of this name subscribes to '
                     f'{self._node.resolve_topic_name(self._topic)} yet')
+            if self._is_over:
+                self._then()
         return self._is_over

@@ -200,12 +200,12 @@ def test_companions_and_what_they_are_asked_have_a_bound(domain, tmp_path, monke
         monkeypatch.setattr(node, 'destroy_client', lambda _: True)
         found = node.companions
         for _ in range(50):
-            found._look()
+            found.look()
         assert len(found._found) == len(found._clients) == companions.MAX_COMPANIONS
         assert all(len(client.pending) == 1 for client in found._clients.values())
         present.clear()  # those that are gone make room
         present['/other/physics'] = b'x'
-        found._look()
+        found.look()
         assert '/other/physics' in found._found
         assert len(found._clients) <= companions.MAX_COMPANIONS
         answer = GetParameters.Response(values=[ParameterValue(type=77)] * 3)

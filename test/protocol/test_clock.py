@@ -68,7 +68,7 @@ def test_stamps_by_the_wall_clock_meet_it_wherever_real_time_begins():
     assert clock.due(100.0) == 0
     assert clock.stamp == wall[0]
     clock.index, wall[0] = 1, wall[0] + 33_000_000
-    assert clock.due(100.033) == 2 and clock.stamp - wall[0] == 20_000_000 - 33_000_000
+    assert clock.due(100.036) == 2 and clock.stamp - wall[0] == 20_000_000 - 33_000_000
     clock.wait()
     wall[0] += 10 * 10**9
     assert clock.due(110.033) == 1
@@ -84,7 +84,9 @@ def test_a_frame_is_due_at_its_time():
     clock = FrameClock(50.0)
     assert clock.due(100.0) == 0
     clock.index = 1
-    assert clock.due(100.019) == 1
+    for late in (-0.001, 0.014):  # [s]; a machine that is busy for so long loses no frame
+        assert clock.due(100.02 + late) == 1
+    assert clock.due(100.036) == 2
     assert clock.due(100.0 + TEN_MINUTES) == 30_000
     clock.index = 30_001
     assert clock.due(100.0 + TEN_MINUTES) == 30_001  # a timer that is early sends the next one

@@ -62,13 +62,15 @@ def test_time_is_over_for_who_does_not_come(domain, patient, capfd):
     """It is said who that is, once, and the sender goes on whoever leaves."""
     with nodes(domain, 'wind', 'renderer') as (wind, renderer):
         publish(wind, 'parameters')
-        waits = Gathering(wind, 'parameters', ['physics', 'renderer', 'recorder'])
+        told = []
+        waits = Gathering(wind, 'parameters', ['physics', 'renderer', 'recorder'],
+                          lambda: told.append(True))
         subscription = subscribe(renderer, 'parameters', lambda message: None)
         eventually(lambda: wind.count_subscribers('parameters'), CLOCK)
         assert not waits.is_over(time.monotonic())
         assert waits.is_over(LATE)
         renderer.destroy_subscription(subscription)
-        assert waits.is_over(time.monotonic())
+        assert waits.is_over(time.monotonic()) and told == [True]
     said = capfd.readouterr().err
     assert said.count('begins without physics, recorder: no node of this name') == 1
 
