@@ -13,10 +13,7 @@
 # limitations under the License.
 
 """The candidates of tune: grids and methods that it tries, and the scenes that it can tune."""
-import contextlib
-
 from flag_sim.declarations.factories import cloth_of, look_of
-from flag_sim.declarations.physics import check_method
 from flag_sim.parameters import checks
 from flag_sim.study.measures import errors
 from flag_sim.study.measures.judge import work
@@ -72,7 +69,7 @@ def require(settings: Settings) -> None:
 
 def candidates(settings: Settings, finest: tuple[int, int]) -> dict[str, Settings]:
     """
-    Return {name: settings}: the user's own, and every method on every grid, if it has their air.
+    Return {name: settings}: the user's own, and every method on every grid.
 
     finest: rows and columns of the reference, which grids are coarser than.
     """
@@ -82,8 +79,5 @@ def candidates(settings: Settings, finest: tuple[int, int]) -> dict[str, Setting
         if columns < COARSEST:
             continue
         for method, changes in methods().items():
-            one = on_grid(settings, rows, columns, **changes)
-            with contextlib.suppress(ValueError):  # of a method that cannot move the air along
-                check_method(one)
-                found[f'{columns} x {rows}, {method}'] = one
+            found[f'{columns} x {rows}, {method}'] = on_grid(settings, rows, columns, **changes)
     return found

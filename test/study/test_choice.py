@@ -18,7 +18,6 @@ from pathlib import Path
 
 from flag_sim.declarations.factories import cloth_of
 from flag_sim.study import search, settings_file
-from flag_sim.study.candidates import candidates, YOURS
 from flag_sim.study.measures import ranking, summary
 from flag_sim.study.measures.reference import on_grid
 from flag_sim.study.measures.settings import defaults
@@ -170,15 +169,6 @@ def test_predictions_hold_for_new_shots(monkeypatch):
         above += math.sqrt(squares[6]) > predicted(shots)
     # Student's t with 5 degrees of freedom exceeds 1.5 in 9.7 of 100; 2000 draws: +-0.7 each.
     assert 0.08 < above / 2000 < 0.115
-
-
-def test_methods_that_cannot_move_the_air_are_no_candidates_for_a_flag_that_does():
-    """Else the search would end in a refusal, after minutes."""
-    finest = 81, 121
-    every = {one['solver'] for one in candidates(defaults(), finest).values()}
-    found = candidates(defaults(air__added_mass=0.5), finest)
-    assert {'xpbd', 'implicit', 'verlet'} < every and YOURS in found
-    assert {one['solver'] for one in found.values()} == {'symplectic'} and len(found) > 4
 
 
 def test_the_error_of_the_reference_is_added():
